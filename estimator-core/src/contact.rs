@@ -1,0 +1,169 @@
+//! The pipeline: one sample in, one [`ContactEstimate`] out.
+
+use crate::attitude::{Alignment, AttitudeFilter};
+use crate::flag::{Flag, Flags};
+use crate::params::{Config, Gravity, STANDARD_GRAVITY};
+use crate::phase::{Decision, Load, Phase, PhaseTracker};
+use crate::probability::{DensityEstimator, Probabilities};
+use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
+use crate::vector::Quaternion;
+use crate::window::Filling;
+
+/// What is known about the foot's contact after one sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactEstimate {
+    /// The timestamp of the sample that led to this estimate.
+    pub timestamp: Timestamp,
+    /// The probabilities over the trailing window, in [0, 1].
+    pub probabilities: Probabilities,
+    /// The debounced decision.
+    pub decision: Decision,
+    /// Which of the paper's four cases it is; unknown without a load signal.
+    pub phase: Phase,
+    /// Reasons to doubt the estimate.
+    pub flags: Flags,
+    /// Orientation, sensor → world; heading is arbitrary. The identity with
+    /// [`Gravity::Removed`].
+    pub orientation: Quaternion,
+    /// Acceleration with gravity removed, sensor frame, m/s². Zero where it is not known.
+    pub linear_acceleration: LinearAcceleration,
+    /// Angular rate with bias removed, sensor frame, rad/s. Zero where it is not known.
+    pub angular_rate: AngularRate,
+    /// Estimated gyroscope bias, sensor frame, rad/s.
+    pub gyro_bias: AngularRate,
+}
+
+/// The contact estimator of one foot: attitude filter, density estimate and decision, with room
+/// for `CAPACITY` samples in the window.
+#[derive(Clone, Debug)]
+pub struct ContactEstimator<const CAPACITY: usize> {
+    gravity: Gravity,
+    period_us: u64,
+    attitude: AttitudeFilter,
+    density: DensityEstimator<CAPACITY>,
+    phase: PhaseTracker,
+    previous: Option<Timestamp>,
+}
+
+// What fits a foot's MCU is a promise, so the compiler keeps it.
+const _: () = assert!(size_of::<ContactEstimator<256>>() <= 8 * 1024);
+
+impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
+    /// An estimator that has seen nothing yet.
+    #[must_use]
+    pub fn new(config: &Config<CAPACITY>) -> Self {
+        Self {
+            gravity: config.gravity,
+            period_us: config.period_us,
+            attitude: AttitudeFilter::new(config.attitude),
+            density: DensityEstimator::new(config.kernels, config.window_length),
+            phase: PhaseTracker::new(config.phase),
+            previous: None,
+        }
+    }
+
+    /// Takes in the next sample, and the load on the foot at that moment where it is known.
+    ///
+    /// Causal, O(1), and total: any bits may come in, and what comes out is never NaN.
+    pub fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
+        let elapsed = self.elapsed_us(sample.timestamp);
+        let validity = match elapsed {
+            Some(_) => sample.checked_validity(),
+            None => Validity::Invalid,
+        };
+        let mut flags = match validity {
+            Validity::Valid => Flags::NONE,
+            Validity::Saturated => Flags::NONE.with(Flag::Saturated),
+            Validity::Stale => Flags::NONE.with(Flag::Stale),
+            Validity::Invalid => Flags::NONE.with(Flag::InvalidSample),
+        };
+        let elapsed = elapsed.unwrap_or(self.period_us);
+        if 2 * elapsed > 3 * self.period_us {
+            flags = flags.with(Flag::TimeGap);
+            if elapsed >= self.period_us * self.density.window_length() as u64 {
+                // Nothing in the window is recent.
+                self.density.clear();
+            }
+        }
+
+        let motion = self.motion(sample, validity, elapsed);
+        let probabilities = match (motion, validity) {
+            (Some((acceleration, rate)), Validity::Valid) => self.density.push(acceleration, rate),
+            _ => self.density.push_doubt(),
+        };
+        if motion.is_none() && self.alignment() == Alignment::Searching {
+            flags = flags.with(Flag::AttitudeNotInitialised);
+        }
+        if self.density.filling() == Filling::Partial {
+            flags = flags.with(Flag::WindowNotFull);
+        }
+        let (decision, phase) =
+            self.phase
+                .update(sample.timestamp, probabilities.stable, flags, load);
+        let (linear_acceleration, angular_rate) = motion.unwrap_or_default();
+        ContactEstimate {
+            timestamp: sample.timestamp,
+            probabilities,
+            decision,
+            phase,
+            flags,
+            orientation: self.attitude.orientation(),
+            linear_acceleration,
+            angular_rate,
+            gyro_bias: self.attitude.gyro_bias(),
+        }
+    }
+
+    /// Microseconds since the sample before, one period for the first sample, and `None` where
+    /// time did not advance.
+    fn elapsed_us(&mut self, now: Timestamp) -> Option<u64> {
+        // Remembered even where it is the earlier one, so that a clock that was set back costs
+        // one sample and not all that follow.
+        match self.previous.replace(now) {
+            None => Some(self.period_us),
+            Some(previous) => now.micros_since(previous).filter(|elapsed| *elapsed > 0),
+        }
+    }
+
+    /// The motion that is left when gravity and bias are taken out; `None` where it is not known.
+    fn motion(
+        &mut self,
+        sample: &ImuSample,
+        validity: Validity,
+        elapsed_us: u64,
+    ) -> Option<(LinearAcceleration, AngularRate)> {
+        let measured = matches!(validity, Validity::Valid | Validity::Saturated);
+        match self.gravity {
+            Gravity::Removed => measured.then_some((
+                LinearAcceleration(sample.specific_force.0),
+                sample.angular_rate,
+            )),
+            Gravity::Included => {
+                if !measured {
+                    return None;
+                }
+                self.attitude.update(
+                    sample.specific_force,
+                    sample.angular_rate,
+                    validity,
+                    elapsed_us as f32 * 1.0e-6,
+                );
+                (self.alignment() == Alignment::Aligned).then(|| {
+                    let gravity = self.attitude.orientation().up() * STANDARD_GRAVITY;
+                    let bias = self.attitude.gyro_bias();
+                    (
+                        LinearAcceleration(sample.specific_force.0 - gravity),
+                        AngularRate(sample.angular_rate.0 - bias.0),
+                    )
+                })
+            }
+        }
+    }
+
+    fn alignment(&self) -> Alignment {
+        match self.gravity {
+            Gravity::Removed => Alignment::Aligned,
+            Gravity::Included => self.attitude.alignment(),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! What an estimate rests on: the reasons for which it may be doubted.
+
+/// A reason to doubt an estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flag {
+    /// Fewer samples than the window's length have been seen: means are over those there are.
+    WindowNotFull,
+    /// The attitude filter has not yet found up: gravity cannot be removed, and samples count
+    /// as mass 0.
+    AttitudeNotInitialised,
+    /// The newest sample is at the end of the sensor's range; it counts as mass 0.
+    Saturated,
+    /// The newest sample repeats an earlier one; it counts as mass 0.
+    Stale,
+    /// The newest sample is not finite, beyond any sensor's range, or not later than the one
+    /// before; it counts as mass 0.
+    InvalidSample,
+    /// More than one and a half sample periods have passed since the sample before.
+    TimeGap,
+}
+
+impl Flag {
+    /// All flags, in the order of their bits.
+    pub const ALL: [Self; 6] = [
+        Self::WindowNotFull,
+        Self::AttitudeNotInitialised,
+        Self::Saturated,
+        Self::Stale,
+        Self::InvalidSample,
+        Self::TimeGap,
+    ];
+
+    /// The flag's name as written in files: `window_not_full` and so on.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::WindowNotFull => "window_not_full",
+            Self::AttitudeNotInitialised => "attitude_not_initialised",
+            Self::Saturated => "saturated",
+            Self::Stale => "stale",
+            Self::InvalidSample => "invalid_sample",
+            Self::TimeGap => "time_gap",
+        }
+    }
+
+    const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+}
+
+/// A set of [`Flag`]s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flags(u8);
+
+impl Flags {
+    /// No reason for doubt.
+    pub const NONE: Self = Self(0);
+
+    /// This set with `flag` in it.
+    #[must_use]
+    pub const fn with(self, flag: Flag) -> Self {
+        Self(self.0 | flag.bit())
+    }
+
+    /// Whether `flag` is in the set.
+    #[must_use]
+    pub const fn contains(self, flag: Flag) -> bool {
+        self.0 & flag.bit() != 0
+    }
+
+    /// Whether the set is empty.
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The flags in the set, in the order of their bits.
+    pub fn iter(self) -> impl Iterator<Item = Flag> {
+        Flag::ALL
+            .into_iter()
+            .filter(move |flag| self.contains(*flag))
+    }
+
+    /// The set as bits: bit *i* stands for `Flag::ALL[i]`.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_holds_just_the_flags_put_into_it() {
+        let set = Flags::NONE.with(Flag::Saturated).with(Flag::TimeGap);
+        assert!(set.iter().eq([Flag::Saturated, Flag::TimeGap]));
+        assert!(!set.contains(Flag::Stale) && !set.is_empty());
+    }
+
+    #[test]
+    fn every_flag_has_its_own_bit_at_its_place_in_the_list() {
+        for (i, flag) in Flag::ALL.into_iter().enumerate() {
+            assert_eq!(Flags::NONE.with(flag).bits(), 1 << i);
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Stable-contact probability of a robot's foot, from the IMU on it and nothing else.
+//!
+//! The path of a sample, one module a step:
+//!
+//! | step | module |
+//! |---|---|
+//! | six numbers in SI units, with their time and quality | [`sample`] |
+//! | orientation and gyro bias, so that gravity and bias can be taken out | [`attitude`] |
+//! | how much of the sample's kernel lies within ±half-width | [`kernel`], with [`erf`](mod@erf) |
+//! | the trailing window's masses and their exact sum | [`window`] |
+//! | probability per axis, tangential, vertical and in total | [`probability`] |
+//! | debounced decision, and the phase where the load is known | [`phase`] |
+//! | all of it behind one `update` | [`contact`] |
+//!
+//! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
+//! Contact State Estimation for Legged Robots using Inertial Information*, ICRA 2023
+//! (arXiv:2303.00538), made causal.
+//!
+//! No allocation, no `unsafe`, no panic on any input. All arithmetic is f32 addition,
+//! multiplication, division and square root, never fused, and integers: the results have the
+//! same bits on every machine that follows IEEE 754.
+//!
+//! ```
+//! use estimator_core::{ContactEstimator, Gravity, ImuSample, Params, Timestamp};
+//!
+//! let params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
+//! let mut estimator = ContactEstimator::new(&params.validate::<256>()?);
+//! for tick in 0..50 {
+//!     let sample = ImuSample { timestamp: Timestamp::from_micros(tick * 1000), ..Default::default() };
+//!     let estimate = estimator.update(&sample, None);
+//!     assert_eq!(estimate.probabilities.stable, 1.0);
+//! }
+//! # Ok::<(), estimator_core::ParamsError>(())
+//! ```
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod attitude;
+pub mod axis;
+pub mod contact;
+pub mod erf;
+pub mod flag;
+pub mod kernel;
+pub mod params;
+pub mod phase;
+pub mod probability;
+pub mod sample;
+pub mod vector;
+pub mod window;
+
+pub use attitude::AttitudeParams;
+pub use axis::{Axis, PerAxis};
+pub use contact::{ContactEstimate, ContactEstimator};
+pub use flag::{Flag, Flags};
+pub use params::{Config, DecisionParams, Gravity, LoadParams, Params, ParamsError, WindowLength};
+pub use phase::{Decision, Load, Phase};
+pub use probability::{DensityEstimator, Probabilities};
+pub use sample::{AngularRate, ImuSample, LinearAcceleration, SpecificForce, Timestamp, Validity};
+pub use vector::{Quaternion, Vec3};

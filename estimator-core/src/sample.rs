@@ -1,0 +1,141 @@
+//! One IMU sample in SI units, and how much of it can be believed.
+//!
+//! A driver converts to SI once, at its edge; from here on every quantity has a type that
+//! says what it is. Axes are those of the sensor.
+
+use crate::vector::Vec3;
+
+/// Accelerometer output in m/s², gravity included: at rest it points up with 9.81 m/s².
+///
+/// The name follows Wahlström and Skog, *Fifteen years of progress at zero velocity* (2021).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SpecificForce(pub Vec3);
+
+/// Acceleration of the foot in m/s², gravity removed: at rest it is zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LinearAcceleration(pub Vec3);
+
+/// Gyroscope output in rad/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AngularRate(pub Vec3);
+
+/// When a sample was acquired: microseconds since the clock's own start.
+///
+/// 64 bits last half a million years, so it never wraps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Timestamp(u64);
+
+impl Timestamp {
+    /// A time `micros` µs after the clock's start.
+    #[must_use]
+    pub const fn from_micros(micros: u64) -> Self {
+        Self(micros)
+    }
+
+    /// Microseconds since the clock's start.
+    #[must_use]
+    pub const fn as_micros(self) -> u64 {
+        self.0
+    }
+
+    /// Microseconds from `earlier` to `self`; `None` where `self` is the earlier one.
+    #[must_use]
+    pub const fn micros_since(self, earlier: Self) -> Option<u64> {
+        self.0.checked_sub(earlier.0)
+    }
+}
+
+/// What the source of a sample knows about its quality.
+///
+/// Anything but [`Validity::Valid`] counts as "not stable": doubt never turns into contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Validity {
+    /// A fresh reading inside the sensor's range.
+    #[default]
+    Valid,
+    /// At least one axis is at the end of its range: the truth lies somewhere beyond.
+    Saturated,
+    /// The sensor gave nothing new: the values repeat an earlier reading.
+    Stale,
+    /// The reading failed: the values mean nothing.
+    Invalid,
+}
+
+/// What an IMU on a foot measured at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ImuSample {
+    /// When the sample was acquired.
+    pub timestamp: Timestamp,
+    /// Accelerometer, m/s². With [`Gravity::Removed`](crate::Gravity::Removed) in the parameters
+    /// the source has taken gravity out already and the estimator uses it as it is.
+    pub specific_force: SpecificForce,
+    /// Gyroscope, rad/s.
+    pub angular_rate: AngularRate,
+    /// What the source says about the sample.
+    pub validity: Validity,
+}
+
+/// Largest specific force that is taken for a measurement, m/s²: ten times the range of any
+/// IMU that fits a foot. A larger number is a broken reading, and it would overflow f32 squares.
+pub const SPECIFIC_FORCE_LIMIT: f32 = 1.0e4;
+
+/// Largest angular rate that is taken for a measurement, rad/s: ten times the range of any
+/// IMU that fits a foot.
+pub const ANGULAR_RATE_LIMIT: f32 = 1.0e3;
+
+impl ImuSample {
+    /// The quality of the sample once its numbers have been looked at too: a value that is not
+    /// finite, or beyond [`SPECIFIC_FORCE_LIMIT`] or [`ANGULAR_RATE_LIMIT`], makes it
+    /// [`Validity::Invalid`] whatever the source said.
+    #[must_use]
+    pub fn checked_validity(&self) -> Validity {
+        let measurable = self.specific_force.0.is_within(SPECIFIC_FORCE_LIMIT)
+            && self.angular_rate.0.is_within(ANGULAR_RATE_LIMIT);
+        if measurable {
+            self.validity
+        } else {
+            Validity::Invalid
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample_with_ax(ax: f32) -> ImuSample {
+        ImuSample {
+            specific_force: SpecificForce(Vec3::new(ax, 0.0, 9.81)),
+            ..ImuSample::default()
+        }
+    }
+
+    #[test]
+    fn a_number_that_no_imu_can_produce_makes_the_sample_invalid() {
+        for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0e30, -1.1e4] {
+            assert_eq!(
+                sample_with_ax(broken).checked_validity(),
+                Validity::Invalid,
+                "{broken}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_ordinary_sample_keeps_the_validity_its_source_gave_it() {
+        for validity in [Validity::Valid, Validity::Saturated, Validity::Stale] {
+            let sample = ImuSample {
+                validity,
+                ..sample_with_ax(157.0)
+            };
+            assert_eq!(sample.checked_validity(), validity);
+        }
+    }
+
+    #[test]
+    fn time_between_samples_is_unknown_when_the_clock_ran_backwards() {
+        let (early, late) = (Timestamp::from_micros(1_000), Timestamp::from_micros(3_500));
+        assert_eq!(late.micros_since(early), Some(2_500));
+        assert_eq!(early.micros_since(late), None);
+    }
+}

@@ -1,0 +1,38 @@
+//! A recorded or simulated stream: what every source gives and every consumer takes.
+
+use estimator_core::{Gravity, ImuSample, Load};
+
+/// The truth about a sample, where somebody knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Label {
+    /// The foot is in stable contact.
+    Stable,
+    /// It is not: it swings, lands, slips or lifts off.
+    NotStable,
+}
+
+/// One row of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedSample {
+    /// What the IMU measured, SI units, with its time.
+    pub imu: ImuSample,
+    /// The load on the foot, where it was recorded.
+    pub load: Option<Load>,
+    /// The truth, where it is known.
+    pub label: Option<Label>,
+}
+
+/// A stream of samples with what its source knows about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// Where it comes from, for titles and messages.
+    pub name: String,
+    /// Samples per second.
+    pub sample_rate: f32,
+    /// Whether the accelerometer samples contain gravity.
+    pub gravity: Gravity,
+    /// Name and unit of the load signal, for axis titles, such as `vertical force (N)`.
+    pub load_title: String,
+    /// The samples in order of time.
+    pub samples: Vec<RecordedSample>,
+}
