@@ -56,7 +56,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             gravity: config.gravity,
             period_us: config.period_us,
             attitude: AttitudeFilter::new(config.attitude),
-            density: DensityEstimator::new(config.kernels, config.window_length),
+            density: DensityEstimator::new(config),
             phase: PhaseTracker::new(config.phase),
             previous: None,
         }

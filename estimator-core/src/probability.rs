@@ -2,6 +2,7 @@
 
 use crate::axis::PerAxis;
 use crate::kernel::{Kernel, Mass};
+use crate::params::Config;
 use crate::sample::{AngularRate, LinearAcceleration};
 use crate::window::{Filling, Window};
 
@@ -41,10 +42,12 @@ pub struct DensityEstimator<const CAPACITY: usize> {
 }
 
 impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
-    pub(crate) fn new(kernels: PerAxis<Kernel>, window_length: usize) -> Self {
+    /// An empty window over the kernels of `config`.
+    #[must_use]
+    pub fn new(config: &Config<CAPACITY>) -> Self {
         Self {
-            kernels,
-            window: Window::new(window_length),
+            kernels: config.kernels,
+            window: Window::new(config.window_length()),
         }
     }
 

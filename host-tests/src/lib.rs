@@ -1,1 +1,7 @@
+//! What the tests of footfall from outside share: the oracle and the way to the recordings.
+//!
+//! The tests themselves are in `tests/`, one file a subject.
 
+pub mod datasets;
+pub mod oracle;
+pub mod requirements;

@@ -1,0 +1,51 @@
+//! Where recorded data are, and what happens where they are not.
+//!
+//! Recordings of others are not part of this repository. They are looked for in the folder that
+//! the environment variable `FOOTFALL_DATASETS` names, else in `../shared/datasets` beside the
+//! repository. Where a file is absent the test that wants it says so and how to get it, and
+//! passes, or fails where [`unmet`] is told to leave nothing unchecked.
+
+use std::env;
+use std::path::{Path, PathBuf};
+
+use crate::requirements::unmet;
+
+/// The path of a recorded file, such as `pce/ATLAS_01ground.csv`, or `None` where it is absent.
+///
+/// # Panics
+/// Where the file is absent and nothing may be left unchecked.
+#[must_use]
+pub fn recorded(file: &str) -> Option<PathBuf> {
+    let folder = env::var_os("FOOTFALL_DATASETS").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/datasets"),
+        PathBuf::from,
+    );
+    let path = folder.join(file);
+    if path.is_file() {
+        return Some(path);
+    }
+    unmet(&format!(
+        "{} is not there; {}, then name the folder above it in FOOTFALL_DATASETS",
+        path.display(),
+        how_to_get(file)
+    ));
+    None
+}
+
+fn how_to_get(file: &str) -> &'static str {
+    match file.split('/').next() {
+        Some("pce") => {
+            "copy offline/data from github.com/MichaelMarav/ProbabilisticContactEstimation into a folder `pce`"
+        }
+        Some("lcd") => "copy the recordings from github.com/mrsp/lcd into a folder `lcd`",
+        _ => "convert the trials of github.com/dlaidig/broad to CSV in a folder `broad`",
+    }
+}
+
+/// The path of a recording that the simulator made and the repository holds.
+#[must_use]
+pub fn simulated(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("recordings")
+        .join(file)
+}

@@ -1,0 +1,81 @@
+//! The target's bits against the host's: the self-check ELF runs on an emulated Cortex-M4F and
+//! must print the digests that the same code gives here.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use estimator_core::Params;
+use firmware::self_check;
+use host_tests::requirements::unmet;
+
+/// QEMU's machine with an STM32F405; of its peripherals the self-check needs none.
+const QEMU: &str = "qemu-system-arm";
+const QEMU_ARGUMENTS: [&str; 10] = [
+    "-machine",
+    "netduinoplus2",
+    "-nographic",
+    "-monitor",
+    "none",
+    "-serial",
+    "none",
+    "-semihosting-config",
+    "enable=on,target=native",
+    "-kernel",
+];
+
+#[test]
+fn the_estimator_has_the_same_bits_on_an_emulated_cortex_m4f_as_on_the_host() {
+    if Command::new(QEMU).arg("--version").output().is_err() {
+        unmet("qemu-system-arm is not installed (Debian: apt-get install qemu-system-arm)");
+        return;
+    }
+    let output = Command::new(QEMU)
+        .args(QEMU_ARGUMENTS)
+        .arg(build_self_check())
+        .output()
+        .expect("QEMU starts");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success(),
+        "the self-check failed: {printed}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let on_target: Vec<&str> = printed.lines().collect();
+    assert_eq!(on_target, digests_on_host());
+}
+
+fn digests_on_host() -> Vec<String> {
+    let mut lines = Vec::new();
+    for (preset, params) in [("default", Params::DEFAULT), ("paper", Params::PAPER)] {
+        self_check::run(&params, |samples, digest| {
+            lines.push(format!("{preset} {samples} {digest:016x}"));
+        })
+        .expect("a preset is valid");
+    }
+    lines
+}
+
+/// Builds the release ELF for the target and returns its path.
+fn build_self_check() -> PathBuf {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let target_dir = workspace.join("target");
+    let status = Command::new(env!("CARGO"))
+        .args([
+            "build",
+            "--release",
+            "-p",
+            "firmware",
+            "--bin",
+            "self-check",
+        ])
+        .args(["--target", "thumbv7em-none-eabihf", "--target-dir"])
+        .arg(&target_dir)
+        .current_dir(&workspace)
+        .status()
+        .expect("cargo starts");
+    assert!(
+        status.success(),
+        "the firmware does not build; `rustup target add thumbv7em-none-eabihf` adds the target"
+    );
+    target_dir.join("thumbv7em-none-eabihf/release/self-check")
+}
