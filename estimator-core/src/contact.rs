@@ -167,3 +167,112 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Params;
+    use crate::sample::SpecificForce;
+    use crate::vector::Vec3;
+    use std::vec::Vec;
+
+    const GRAVITY_FREE: Params = Params {
+        gravity: Gravity::Removed,
+        ..Params::DEFAULT
+    };
+
+    fn estimator(params: &Params) -> ContactEstimator<64> {
+        ContactEstimator::new(&params.validate().expect("valid parameters"))
+    }
+
+    fn at_rest(micros: u64) -> ImuSample {
+        ImuSample {
+            timestamp: Timestamp::from_micros(micros),
+            ..ImuSample::default()
+        }
+    }
+
+    /// Feeds a gravity-free foot at rest for `samples` ms, starting at 0.
+    fn rested(samples: u64) -> ContactEstimator<64> {
+        let mut estimator = estimator(&GRAVITY_FREE);
+        for ms in 0..samples {
+            estimator.update(&at_rest(ms * 1000), None);
+        }
+        estimator
+    }
+
+    #[test]
+    fn a_foot_at_rest_is_stable_once_window_and_on_delay_have_passed() {
+        let mut estimator = estimator(&GRAVITY_FREE);
+        let decisions: Vec<_> = (0..100)
+            .map(|ms| estimator.update(&at_rest(ms * 1000), None).decision)
+            .collect();
+        let first = decisions.iter().position(|d| *d == Decision::Stable);
+        // The window is full with the 50th sample, and 20 ms later the decision is made.
+        assert_eq!(first, Some(49 + 20));
+    }
+
+    #[test]
+    fn doubtful_samples_count_as_mass_zero_and_raise_their_flag() {
+        for (validity, flag) in [
+            (Validity::Saturated, Flag::Saturated),
+            (Validity::Stale, Flag::Stale),
+            (Validity::Invalid, Flag::InvalidSample),
+        ] {
+            let mut estimator = rested(60);
+            let sample = ImuSample {
+                validity,
+                ..at_rest(60_000)
+            };
+            let estimate = estimator.update(&sample, None);
+            assert_eq!(estimate.flags, Flags::NONE.with(flag));
+            assert_eq!(estimate.probabilities.axes.ax, 49.0 / 50.0, "{validity:?}");
+        }
+    }
+
+    #[test]
+    fn a_gap_in_time_raises_its_flag() {
+        for (elapsed, flags) in [
+            (1_000, Flags::NONE),
+            (1_500, Flags::NONE),
+            (1_501, Flags::NONE.with(Flag::TimeGap)),
+            (49_999, Flags::NONE.with(Flag::TimeGap)),
+        ] {
+            let estimate = rested(60).update(&at_rest(59_000 + elapsed), None);
+            assert_eq!(estimate.flags, flags, "{elapsed} µs");
+        }
+    }
+
+    #[test]
+    fn a_gap_as_long_as_the_window_empties_it() {
+        let estimate = rested(60).update(&at_rest(59_000 + 50_000), None);
+        let expected = Flags::NONE.with(Flag::TimeGap).with(Flag::WindowNotFull);
+        assert_eq!(estimate.flags, expected);
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_costs_one_sample() {
+        let mut estimator = rested(60);
+        let flags = [5_000, 6_000, 7_000].map(|t| estimator.update(&at_rest(t), None).flags);
+        let invalid = Flags::NONE.with(Flag::InvalidSample);
+        assert_eq!(flags, [invalid, Flags::NONE, Flags::NONE]);
+    }
+
+    #[test]
+    fn a_repeated_timestamp_makes_the_sample_invalid() {
+        let estimate = rested(60).update(&at_rest(59_000), None);
+        assert!(estimate.flags.contains(Flag::InvalidSample));
+    }
+
+    #[test]
+    fn until_up_is_known_the_probability_is_zero_and_the_flag_says_why() {
+        let mut estimator = estimator(&Params::DEFAULT);
+        let sample = ImuSample {
+            specific_force: SpecificForce(Vec3::new(0.0, 0.0, STANDARD_GRAVITY)),
+            ..at_rest(0)
+        };
+        let estimate = estimator.update(&sample, None);
+        assert!(estimate.flags.contains(Flag::AttitudeNotInitialised));
+        assert_eq!(estimate.probabilities.stable, 0.0);
+    }
+}

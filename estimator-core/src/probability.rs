@@ -12,9 +12,9 @@ use crate::window::{Filling, Window};
 pub struct Probabilities {
     /// Probability per axis that its true value lies within ±half-width (the paper's P(|m| < δ)).
     pub axes: PerAxis<f32>,
-    /// No motion along the ground: P(ax)·P(ay)·P(ωz), the paper's conditions on v_x, v_y and ω_z.
+    /// No motion along the ground: P(ax)·P(ay)·P(ωz), the paper's conditions on `v_x`, `v_y` and `ω_z`.
     pub tangential: f32,
-    /// No lifting and no tilting: P(az)·P(ωx)·P(ωy), the paper's conditions on v_z, ω_x and ω_y.
+    /// No lifting and no tilting: P(az)·P(ωx)·P(ωy), the paper's conditions on `v_z`, `ω_x` and `ω_y`.
     pub vertical: f32,
     /// Stable contact: the product of all six axes.
     pub stable: f32,

@@ -1,0 +1,208 @@
+//! What holds for the estimator whatever comes in.
+
+use estimator_core::{
+    AngularRate, ContactEstimate, ContactEstimator, Decision, DensityEstimator, Flag, Gravity,
+    ImuSample, LinearAcceleration, Load, Params, PerAxis, Phase, SpecificForce, Timestamp,
+    Validity, Vec3, WindowLength,
+};
+use proptest::prelude::*;
+
+const CAPACITY: usize = 128;
+
+/// Any bit pattern, with the awkward ones often, and ordinary motion most of the time.
+fn any_component() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        6 => -20.0_f32..20.0,
+        1 => any::<u32>().prop_map(f32::from_bits),
+        1 => prop::sample::select(vec![
+            f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, f32::MIN_POSITIVE, -0.0, 1.0e4,
+        ]),
+    ]
+}
+
+fn any_vector() -> impl Strategy<Value = Vec3> {
+    prop::array::uniform3(any_component()).prop_map(|[x, y, z]| Vec3::new(x, y, z))
+}
+
+fn any_validity() -> impl Strategy<Value = Validity> {
+    prop_oneof![
+        8 => Just(Validity::Valid),
+        1 => Just(Validity::Saturated),
+        1 => Just(Validity::Stale),
+        1 => Just(Validity::Invalid),
+    ]
+}
+
+/// A sample with the time that has passed since the one before, in µs: mostly 1 ms.
+fn any_sample() -> impl Strategy<Value = (ImuSample, u64)> {
+    let elapsed =
+        prop_oneof![8 => Just(1_000_u64), 1 => 0_u64..5_000, 1 => any::<u32>().prop_map(u64::from)];
+    (any_vector(), any_vector(), any_validity(), elapsed).prop_map(
+        |(force, rate, validity, elapsed)| {
+            let sample = ImuSample {
+                specific_force: SpecificForce(force),
+                angular_rate: AngularRate(rate),
+                validity,
+                ..ImuSample::default()
+            };
+            (sample, elapsed)
+        },
+    )
+}
+
+/// Parameters from all over their allowed ranges.
+fn any_params() -> impl Strategy<Value = Params> {
+    let scale = |low: f32, high: f32| (low.ln()..high.ln()).prop_map(f32::exp);
+    (
+        prop_oneof![Just(Gravity::Included), Just(Gravity::Removed)],
+        1_u32..=CAPACITY as u32,
+        prop::array::uniform6(scale(2.0e-6, 9.0e2)),
+        prop::array::uniform6(scale(2.0e-6, 9.0e3)),
+        scale(11.0, 9.0e3),
+    )
+        .prop_map(
+            |(gravity, samples, bandwidth, half_width, sample_rate)| Params {
+                gravity,
+                window: WindowLength::Samples(samples),
+                bandwidth: PerAxis::from_array(bandwidth),
+                half_width: PerAxis::from_array(half_width),
+                sample_rate,
+                ..Params::DEFAULT
+            },
+        )
+}
+
+fn estimator(params: &Params) -> ContactEstimator<CAPACITY> {
+    ContactEstimator::new(&params.validate().expect("parameters in their ranges"))
+}
+
+fn assert_is_sound(estimate: &ContactEstimate) -> Result<(), TestCaseError> {
+    let p = estimate.probabilities;
+    let products = [p.tangential, p.vertical, p.stable];
+    for probability in p.axes.to_array().into_iter().chain(products) {
+        prop_assert!((0.0..=1.0).contains(&probability), "{estimate:?}");
+    }
+    let q = estimate.orientation;
+    let norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+    prop_assert!((norm2 - 1.0).abs() < 1e-4, "{estimate:?}");
+    for vector in [
+        estimate.linear_acceleration.0,
+        estimate.angular_rate.0,
+        estimate.gyro_bias.0,
+    ] {
+        prop_assert!(vector.is_within(f32::MAX), "{estimate:?}");
+    }
+    if !estimate.flags.is_empty() {
+        prop_assert_eq!(estimate.decision, Decision::NotStable);
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn whatever_comes_in_every_output_is_a_number_in_its_range(
+        params in any_params(),
+        samples in prop::collection::vec((any_sample(), prop::option::of(any_component())), 1..400),
+    ) {
+        let mut estimator = estimator(&params);
+        let mut now = 0_u64;
+        for ((mut sample, elapsed), load) in samples {
+            now = now.wrapping_add(elapsed);
+            sample.timestamp = Timestamp::from_micros(now);
+            assert_is_sound(&estimator.update(&sample, load.map(Load)))?;
+        }
+    }
+
+    #[test]
+    fn a_reading_that_is_no_number_has_mass_zero_on_all_axes_and_raises_its_flag(
+        axis in 0_usize..6,
+        value in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
+        at in 0_usize..50,
+    ) {
+        let params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
+        let mut estimator = estimator(&params);
+        for k in 0..50_usize {
+            let mut motion = [0.0; 6];
+            if k == at {
+                motion[axis] = value;
+            }
+            let [ax, ay, az, wx, wy, wz] = motion;
+            let sample = ImuSample {
+                timestamp: Timestamp::from_micros(k as u64 * 1000),
+                specific_force: SpecificForce(Vec3::new(ax, ay, az)),
+                angular_rate: AngularRate(Vec3::new(wx, wy, wz)),
+                validity: Validity::Valid,
+            };
+            let estimate = estimator.update(&sample, Some(Load(100.0)));
+            prop_assert_eq!(estimate.flags.contains(Flag::InvalidSample), k == at);
+            if k == at {
+                prop_assert_eq!(estimate.phase, Phase::Unknown);
+            }
+            // All the other samples are at rest: each axis has lost one sample's mass.
+            let lost = if k >= at { 1.0 } else { 0.0 };
+            let samples = k as f32 + 1.0;
+            for p in estimate.probabilities.axes.to_array() {
+                prop_assert_eq!(p, (samples - lost) / samples);
+            }
+        }
+    }
+
+    #[test]
+    fn a_wider_half_width_never_lowers_a_probability(
+        motion in prop::collection::vec(prop::array::uniform6(-1.0_f32..1.0), 1..100),
+        half_width in prop::array::uniform6(0.001_f32..1.0),
+        bandwidth in prop::array::uniform6(0.001_f32..0.5),
+        wider in prop::array::uniform6(1.0_f32..3.0),
+    ) {
+        let narrow = Params {
+            bandwidth: PerAxis::from_array(bandwidth),
+            half_width: PerAxis::from_array(half_width),
+            ..Params::DEFAULT
+        };
+        let wide = Params {
+            half_width: narrow.half_width.zip_with(PerAxis::from_array(wider), |d, w| d * w),
+            ..narrow
+        };
+        let [mut narrow, mut wide] =
+            [narrow, wide].map(|p| DensityEstimator::<CAPACITY>::new(&p.validate().expect("in range")));
+        for [ax, ay, az, wx, wy, wz] in motion {
+            let (a, w) = (
+                LinearAcceleration(Vec3::new(ax, ay, az)),
+                AngularRate(Vec3::new(wx, wy, wz)),
+            );
+            let (narrow, wide) = (narrow.push(a, w).axes, wide.push(a, w).axes);
+            for (n, w) in narrow.to_array().into_iter().zip(wide.to_array()) {
+                // Twice the error bound of a mass.
+                prop_assert!(w >= n - 5.0e-7, "{w} < {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_of_samples_within_a_window_does_not_change_a_bit(
+        mut motion in prop::collection::vec(prop::array::uniform6(-1.0_f32..1.0), 50),
+        seed in any::<u64>(),
+    ) {
+        let run = |motion: &[[f32; 6]]| {
+            let mut density =
+                DensityEstimator::<CAPACITY>::new(&Params::PAPER.validate().expect("a preset"));
+            for &[ax, ay, az, wx, wy, wz] in motion {
+                density.push(
+                    LinearAcceleration(Vec3::new(ax, ay, az)),
+                    AngularRate(Vec3::new(wx, wy, wz)),
+                );
+            }
+            density.probabilities()
+        };
+        let before = run(&motion);
+        // Fisher and Yates, driven by a linear congruential generator.
+        let mut random = seed;
+        for i in (1..motion.len()).rev() {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            motion.swap(i, (random >> 33) as usize % (i + 1));
+        }
+        prop_assert_eq!(before, run(&motion));
+    }
+}
