@@ -55,7 +55,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         Self {
             gravity: config.gravity,
             period_us: config.period_us,
-            attitude: AttitudeFilter::new(config.attitude),
+            attitude: AttitudeFilter::new(config),
             density: DensityEstimator::new(config),
             phase: PhaseTracker::new(config.phase),
             previous: None,
@@ -73,7 +73,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         };
         let mut flags = match validity {
             Validity::Valid => Flags::NONE,
-            Validity::Saturated => Flags::NONE.with(Flag::Saturated),
+            Validity::Saturated(_) => Flags::NONE.with(Flag::Saturated),
             Validity::Stale => Flags::NONE.with(Flag::Stale),
             Validity::Invalid => Flags::NONE.with(Flag::InvalidSample),
         };
@@ -86,12 +86,15 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             }
         }
 
-        let motion = self.motion(sample, validity, elapsed);
+        let motion = self.motion(&ImuSample {
+            validity,
+            ..*sample
+        });
         let probabilities = match (motion, validity) {
             (Some((acceleration, rate)), Validity::Valid) => self.density.push(acceleration, rate),
             _ => self.density.push_doubt(),
         };
-        if motion.is_none() && self.alignment() == Alignment::Searching {
+        if self.alignment() == Alignment::Searching {
             flags = flags.with(Flag::AttitudeNotInitialised);
         }
         if self.density.filling() == Filling::Partial {
@@ -126,38 +129,26 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     }
 
     /// The motion that is left when gravity and bias are taken out; `None` where it is not known.
-    fn motion(
-        &mut self,
-        sample: &ImuSample,
-        validity: Validity,
-        elapsed_us: u64,
-    ) -> Option<(LinearAcceleration, AngularRate)> {
-        let measured = matches!(validity, Validity::Valid | Validity::Saturated);
-        match self.gravity {
-            Gravity::Removed => measured.then_some((
-                LinearAcceleration(sample.specific_force.0),
-                sample.angular_rate,
-            )),
-            Gravity::Included => {
-                if !measured {
-                    return None;
-                }
-                self.attitude.update(
-                    sample.specific_force,
-                    sample.angular_rate,
-                    validity,
-                    elapsed_us as f32 * 1.0e-6,
-                );
-                (self.alignment() == Alignment::Aligned).then(|| {
-                    let gravity = self.attitude.orientation().up() * STANDARD_GRAVITY;
-                    let bias = self.attitude.gyro_bias();
-                    (
-                        LinearAcceleration(sample.specific_force.0 - gravity),
-                        AngularRate(sample.angular_rate.0 - bias.0),
-                    )
-                })
-            }
+    fn motion(&mut self, sample: &ImuSample) -> Option<(LinearAcceleration, AngularRate)> {
+        if self.gravity == Gravity::Included {
+            self.attitude.update(sample);
         }
+        let measured = matches!(sample.validity, Validity::Valid | Validity::Saturated(_));
+        if !measured || self.alignment() == Alignment::Searching {
+            return None;
+        }
+        let force = sample.specific_force.0;
+        Some(match self.gravity {
+            Gravity::Removed => (LinearAcceleration(force), sample.angular_rate),
+            Gravity::Included => {
+                let gravity = self.attitude.orientation().up() * STANDARD_GRAVITY;
+                let bias = self.attitude.gyro_bias();
+                (
+                    LinearAcceleration(force - gravity),
+                    AngularRate(sample.angular_rate.0 - bias.0),
+                )
+            }
+        })
     }
 
     fn alignment(&self) -> Alignment {
@@ -172,7 +163,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
 mod tests {
     use super::*;
     use crate::params::Params;
-    use crate::sample::SpecificForce;
+    use crate::sample::{Saturation, SpecificForce};
     use crate::vector::Vec3;
     use std::vec::Vec;
 
@@ -215,7 +206,7 @@ mod tests {
     #[test]
     fn doubtful_samples_count_as_mass_zero_and_raise_their_flag() {
         for (validity, flag) in [
-            (Validity::Saturated, Flag::Saturated),
+            (Validity::Saturated(Saturation::Both), Flag::Saturated),
             (Validity::Stale, Flag::Stale),
             (Validity::Invalid, Flag::InvalidSample),
         ] {

@@ -5,7 +5,7 @@
 //! | step | module |
 //! |---|---|
 //! | six numbers in SI units, with their time and quality | [`sample`] |
-//! | orientation and gyro bias, so that gravity and bias can be taken out | [`attitude`] |
+//! | orientation, so that gravity can be taken out, and gyro bias | [`attitude`], [`rest`] |
 //! | how much of the sample's kernel lies within ±half-width | [`kernel`], with [`erf`](mod@erf) |
 //! | the trailing window's masses and their exact sum | [`window`] |
 //! | probability per axis, tangential, vertical and in total | [`probability`] |
@@ -58,16 +58,20 @@ pub mod kernel;
 pub mod params;
 pub mod phase;
 pub mod probability;
+pub mod rest;
 pub mod sample;
 pub mod vector;
 pub mod window;
 
-pub use attitude::AttitudeParams;
+pub use attitude::{AttitudeFilter, AttitudeParams, GyroTiming};
 pub use axis::{Axis, PerAxis};
 pub use contact::{ContactEstimate, ContactEstimator};
 pub use flag::{Flag, Flags};
 pub use params::{Config, DecisionParams, Gravity, LoadParams, Params, ParamsError, WindowLength};
 pub use phase::{Decision, Load, Phase};
 pub use probability::{DensityEstimator, Probabilities};
-pub use sample::{AngularRate, ImuSample, LinearAcceleration, SpecificForce, Timestamp, Validity};
+pub use rest::RestParams;
+pub use sample::{
+    AngularRate, ImuSample, LinearAcceleration, Saturation, SpecificForce, Timestamp, Validity,
+};
 pub use vector::{Quaternion, Vec3};

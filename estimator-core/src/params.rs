@@ -14,7 +14,7 @@ use crate::phase::PhaseCoefficients;
 pub const STANDARD_GRAVITY: f32 = 9.806_65;
 
 /// One degree in radians.
-const DEGREE: f32 = core::f32::consts::PI / 180.0;
+pub(crate) const DEGREE: f32 = core::f32::consts::PI / 180.0;
 
 /// Whether the accelerometer's samples still contain gravity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,7 +59,7 @@ pub struct LoadParams {
 /// Everything that can be set in the estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
-    /// The rate at which samples arrive, Hz; 10 to 10 000.
+    /// The rate at which samples arrive, Hz; 20 to 10 000.
     pub sample_rate: f32,
     /// Whether samples contain gravity.
     pub gravity: Gravity,
@@ -159,7 +159,7 @@ impl Params {
     /// The first field that is out of its range, with its value and the range; a value that is
     /// not a number is out of every range.
     pub fn validate<const CAPACITY: usize>(&self) -> Result<Config<CAPACITY>, ParamsError> {
-        in_range("sample_rate", self.sample_rate, 10.0, 10_000.0)?;
+        in_range("sample_rate", self.sample_rate, 20.0, 10_000.0)?;
         per_axis_in_range(&BANDWIDTH_FIELDS, self.bandwidth, 1.0e-6, 1.0e3)?;
         per_axis_in_range(&HALF_WIDTH_FIELDS, self.half_width, 1.0e-6, 1.0e4)?;
         in_range("decision.threshold", self.decision.threshold, 0.01, 0.99)?;

@@ -54,11 +54,36 @@ pub enum Validity {
     #[default]
     Valid,
     /// At least one axis is at the end of its range: the truth lies somewhere beyond.
-    Saturated,
+    Saturated(Saturation),
     /// The sensor gave nothing new: the values repeat an earlier reading.
     Stale,
     /// The reading failed: the values mean nothing.
     Invalid,
+}
+
+/// Which sensor is at the end of its range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saturation {
+    /// The accelerometer alone: the turn is known, the force is not.
+    Accelerometer,
+    /// The gyroscope alone: the force is known, the turn is not.
+    Gyroscope,
+    /// Both.
+    Both,
+}
+
+impl Saturation {
+    /// Whether the specific force is beyond what the sample says.
+    #[must_use]
+    pub const fn includes_accelerometer(self) -> bool {
+        matches!(self, Self::Accelerometer | Self::Both)
+    }
+
+    /// Whether the angular rate is beyond what the sample says.
+    #[must_use]
+    pub const fn includes_gyroscope(self) -> bool {
+        matches!(self, Self::Gyroscope | Self::Both)
+    }
 }
 
 /// What an IMU on a foot measured at one instant.
@@ -123,7 +148,11 @@ mod tests {
 
     #[test]
     fn an_ordinary_sample_keeps_the_validity_its_source_gave_it() {
-        for validity in [Validity::Valid, Validity::Saturated, Validity::Stale] {
+        for validity in [
+            Validity::Valid,
+            Validity::Saturated(Saturation::Both),
+            Validity::Stale,
+        ] {
             let sample = ImuSample {
                 validity,
                 ..sample_with_ax(157.0)

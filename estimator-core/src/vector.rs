@@ -58,17 +58,6 @@ impl Vec3 {
         // A comparison with NaN is false, so this also rejects what is not finite.
         self.x.abs() <= limit && self.y.abs() <= limit && self.z.abs() <= limit
     }
-
-    /// Each component limited to ±`limit`.
-    #[inline]
-    #[must_use]
-    pub fn clamped(self, limit: f32) -> Self {
-        Self::new(
-            self.x.clamp(-limit, limit),
-            self.y.clamp(-limit, limit),
-            self.z.clamp(-limit, limit),
-        )
-    }
 }
 
 impl Add for Vec3 {

@@ -7,7 +7,7 @@
 use estimator_core::vector::{Quaternion, Vec3};
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, ImuSample, Load, Params, ParamsError,
-    SpecificForce, Timestamp, Validity,
+    Saturation, SpecificForce, Timestamp, Validity,
 };
 
 /// Samples in one run: long enough to meet every kind of input many times.
@@ -112,7 +112,7 @@ impl Stimulus {
             Stretch::Impacts => {
                 self.set_around_rest(60_000);
                 if self.codes.iter().any(|code| code.abs() >= 32_767) {
-                    validity = Validity::Saturated;
+                    validity = Validity::Saturated(Saturation::Both);
                 }
             }
             Stretch::BrokenTime => {

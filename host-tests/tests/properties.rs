@@ -2,8 +2,8 @@
 
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Decision, DensityEstimator, Flag, Gravity,
-    ImuSample, LinearAcceleration, Load, Params, PerAxis, Phase, SpecificForce, Timestamp,
-    Validity, Vec3, WindowLength,
+    ImuSample, LinearAcceleration, Load, Params, PerAxis, Phase, Saturation, SpecificForce,
+    Timestamp, Validity, Vec3, WindowLength,
 };
 use proptest::prelude::*;
 
@@ -27,7 +27,11 @@ fn any_vector() -> impl Strategy<Value = Vec3> {
 fn any_validity() -> impl Strategy<Value = Validity> {
     prop_oneof![
         8 => Just(Validity::Valid),
-        1 => Just(Validity::Saturated),
+        1 => prop::sample::select(vec![
+            Validity::Saturated(Saturation::Accelerometer),
+            Validity::Saturated(Saturation::Gyroscope),
+            Validity::Saturated(Saturation::Both),
+        ]),
         1 => Just(Validity::Stale),
         1 => Just(Validity::Invalid),
     ]
@@ -58,7 +62,7 @@ fn any_params() -> impl Strategy<Value = Params> {
         1_u32..=CAPACITY as u32,
         prop::array::uniform6(scale(2.0e-6, 9.0e2)),
         prop::array::uniform6(scale(2.0e-6, 9.0e3)),
-        scale(11.0, 9.0e3),
+        scale(21.0, 9.0e3),
     )
         .prop_map(
             |(gravity, samples, bandwidth, half_width, sample_rate)| Params {

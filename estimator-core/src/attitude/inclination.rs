@@ -1,0 +1,238 @@
+//! The inclination: a low-pass of the specific force in the world frame, and how far it may pull.
+//!
+//! A second-order Butterworth low-pass runs in its own time, which passes as fast as the samples
+//! are worth: a scalar Riccati equation weighs the doubt that grows with time and turning against
+//! the evidence that a sample brings. Position, speed and gain of the low-pass are all in that
+//! time, so that a change of gain leaves no momentum behind.
+
+use super::strapdown::Turn;
+use crate::sample::Saturation;
+use crate::vector::{Quaternion, Vec3};
+
+/// Time constant of the correction right after the start, s: the first second is a running mean.
+const START_TIME_CONSTANT: f32 = 0.1;
+
+/// Growth of doubt with the angular rate, s/rad: a gyroscope's scale error turns with it.
+const RATE_DOUBT: f32 = 0.1;
+
+/// Time constant that clipped accelerometer samples bring the correction to, s.
+const ACCELEROMETER_CLIPPED: f32 = 0.7;
+
+/// Time constant that clipped gyroscope samples, or a turn that is not known, bring it to, s.
+const TURN_UNKNOWN: f32 = 0.3;
+
+/// How long clipping must last for its full effect, s: a single clipped sample does little.
+const CLIPPING_TIME: f32 = 0.02;
+
+/// Largest correction within one step, rad.
+const LARGEST_CORRECTION: f32 = 0.25;
+
+/// The inclination counts as settled once the correction has become this slow, s …
+const SETTLED_TIME_CONSTANT: f32 = 2.0;
+
+/// … and has stayed so for this long, s.
+const SETTLED_DURATION: f32 = 0.05;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct InclinationCoefficients {
+    /// Growth of doubt with time, 1/s².
+    growth: f32,
+}
+
+impl InclinationCoefficients {
+    pub(super) fn new(motion_time_constant: f32) -> Self {
+        Self {
+            growth: 1.0 / (motion_time_constant * motion_time_constant),
+        }
+    }
+}
+
+/// The state of the inclination correction.
+#[derive(Clone, Debug)]
+pub(super) struct Inclination {
+    coefficients: InclinationCoefficients,
+    /// Doubt about the inclination: 1 over the time constant of the correction, 1/s.
+    doubt: f32,
+    /// The low-passed specific force, world frame, m/s².
+    force: Vec3,
+    /// Its speed in the filter's own time, m/s².
+    speed: Vec3,
+    /// How long the inclination has been settled, s.
+    settled: f32,
+}
+
+impl Inclination {
+    pub(super) const fn new(coefficients: InclinationCoefficients) -> Self {
+        Self {
+            coefficients,
+            doubt: 1.0 / START_TIME_CONSTANT,
+            force: Vec3::new(0.0, 0.0, crate::params::STANDARD_GRAVITY),
+            speed: Vec3::ZERO,
+            settled: 0.0,
+        }
+    }
+
+    /// Lets doubt grow over a step of `dt` s.
+    pub(super) fn doubt(
+        &mut self,
+        rate_magnitude: f32,
+        saturation: Option<Saturation>,
+        turn: Turn,
+        dt: f32,
+    ) {
+        self.doubt += (1.0 + RATE_DOUBT * rate_magnitude) * dt * self.coefficients.growth;
+        if saturation.is_some_and(Saturation::includes_accelerometer) {
+            self.raise_towards(ACCELEROMETER_CLIPPED, dt / CLIPPING_TIME);
+        }
+        if saturation.is_some_and(Saturation::includes_gyroscope) {
+            self.raise_towards(TURN_UNKNOWN, dt / CLIPPING_TIME);
+        }
+        if turn == Turn::Unknown {
+            self.raise_towards(TURN_UNKNOWN, 1.0);
+        }
+        self.doubt = self.doubt.min(1.0 / START_TIME_CONSTANT);
+    }
+
+    /// Adds `share` of the doubt that belongs to `time_constant`, up to all of it.
+    fn raise_towards(&mut self, time_constant: f32, share: f32) {
+        let whole = 1.0 / time_constant;
+        let raised = (self.doubt + share * whole).min(whole);
+        self.doubt = self.doubt.max(raised);
+    }
+
+    /// Takes in the specific force of a sample with the relative `noise` and returns the
+    /// correction that brings its low-pass upright.
+    pub(super) fn correct(&mut self, force_world: Vec3, noise: f32, dt: f32) -> Correction {
+        let evidence = self.doubt * dt / noise;
+        self.doubt /= 1.0 + evidence;
+        // One step of implicit Euler, stable whatever the gain is.
+        let step = 2.0 * evidence / (1.0 + evidence);
+        let damping = 1.0 / (1.0 + core::f32::consts::SQRT_2 * step + step * step);
+        self.speed = (self.speed + (force_world - self.force) * step) * damping;
+        self.force += self.speed * step;
+
+        let correction = Correction::upright(self.force);
+        self.force = correction.turn(self.force);
+        self.speed = correction.turn(self.speed);
+        correction
+    }
+
+    /// Whether the inclination has settled, after another `dt` s.
+    pub(super) fn has_settled(&mut self, dt: f32) -> bool {
+        if self.doubt * SETTLED_TIME_CONSTANT <= 1.0 {
+            self.settled = (self.settled + dt).min(SETTLED_DURATION);
+        } else {
+            self.settled = 0.0;
+        }
+        self.settled >= SETTLED_DURATION
+    }
+}
+
+/// A small turn of the world frame about a horizontal axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Correction {
+    /// rad about world x.
+    x: f32,
+    /// rad about world y.
+    y: f32,
+}
+
+impl Correction {
+    /// The turn that takes `force` towards world z.
+    fn upright(force: Vec3) -> Self {
+        // The small number keeps a vanishing force from dividing by zero.
+        let inverse = 1.0 / libm::sqrtf(force.dot(force) + 1.0e-6);
+        let (x, y) = (force.y * inverse, -force.x * inverse);
+        let largest = x.abs().max(y.abs());
+        let share = if largest > LARGEST_CORRECTION {
+            LARGEST_CORRECTION / largest
+        } else {
+            1.0
+        };
+        Self {
+            x: x * share,
+            y: y * share,
+        }
+    }
+
+    /// The orientation after the turn of the world frame.
+    pub(super) fn apply(self, orientation: Quaternion) -> Quaternion {
+        let (x, y) = (0.5 * self.x, 0.5 * self.y);
+        let turn = Quaternion {
+            w: 1.0 - 0.5 * (x * x + y * y),
+            x,
+            y,
+            z: 0.0,
+        };
+        turn.multiply(orientation).renormalised()
+    }
+
+    /// A world-frame vector after the turn, to first order.
+    pub(super) fn turn(self, vector: Vec3) -> Vec3 {
+        vector + Vec3::new(self.x, self.y, 0.0).cross(vector)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::STANDARD_GRAVITY;
+
+    const DT: f32 = 0.001;
+
+    fn inclination() -> Inclination {
+        Inclination::new(InclinationCoefficients::new(5.0))
+    }
+
+    #[test]
+    fn a_correction_turns_the_force_towards_up() {
+        let tilted = Vec3::new(1.0, -0.5, 9.7);
+        let turned = Correction::upright(tilted).turn(tilted);
+        assert!(turned.x.abs() < 0.02 && turned.y.abs() < 0.02, "{turned:?}");
+    }
+
+    #[test]
+    fn in_steady_motion_the_time_constant_becomes_the_one_that_was_set() {
+        let mut inclination = inclination();
+        let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
+        let known = Turn::By(Quaternion::IDENTITY);
+        for _ in 0..60_000 {
+            inclination.doubt(0.0, None, known, DT);
+            inclination.correct(up, 1.0, DT);
+        }
+        assert!(
+            (1.0 / inclination.doubt - 5.0).abs() < 0.05,
+            "{inclination:?}"
+        );
+    }
+
+    #[test]
+    fn clipping_raises_doubt_up_to_its_limit_and_never_lowers_it() {
+        let known = Turn::By(Quaternion::IDENTITY);
+        let mut settled = inclination();
+        settled.doubt = 0.2;
+        for _ in 0..100 {
+            settled.doubt(0.0, Some(Saturation::Accelerometer), known, DT);
+        }
+        assert!((1.0 / settled.doubt - ACCELEROMETER_CLIPPED).abs() < 0.01);
+        let mut fresh = inclination();
+        fresh.doubt(0.0, Some(Saturation::Both), Turn::Unknown, DT);
+        assert_eq!(fresh.doubt, 1.0 / START_TIME_CONSTANT);
+    }
+
+    #[test]
+    fn it_settles_in_quiet_and_not_before() {
+        let mut inclination = inclination();
+        let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
+        let settled_at = |inclination: &mut Inclination, noise: f32| {
+            (0..3_000).position(|_| {
+                inclination.correct(up, noise, DT);
+                inclination.has_settled(DT)
+            })
+        };
+        let quiet = settled_at(&mut inclination, 1.0 / 200.0).expect("quiet settles it");
+        assert!((50..100).contains(&quiet), "{quiet} ms");
+        let moving = settled_at(&mut self::inclination(), 1.0).expect("a mean settles it");
+        assert!(moving > 1_500, "{moving} ms");
+    }
+}

@@ -1,0 +1,152 @@
+//! How quiet the foot is, and so how much an accelerometer sample says about up.
+
+use super::inclination::Correction;
+use crate::params::{DEGREE, STANDARD_GRAVITY};
+use crate::vector::Vec3;
+
+/// Time constant of the short mean that deviations are taken from, s. Shorter than a stance;
+/// from 0.1 s on, a gyroscope that clipped in the swing is not made good in the stance.
+const MEAN_TIME_CONSTANT: f32 = 0.04;
+
+/// Time constant with which an impact is forgotten, s.
+const RELEASE_TIME_CONSTANT: f32 = 0.025;
+
+/// One sample's deviation counts for at most this much, m/s²: an impact of 16 g is forgotten as
+/// fast as one of half a g.
+const LARGEST_DEVIATION: f32 = 0.5 * STANDARD_GRAVITY;
+
+/// The same for the angular rate, rad/s.
+const LARGEST_RATE: f32 = 100.0 * DEGREE;
+
+/// Share of a sample's own deviation that counts at once, so that the first sample of an impact
+/// is met with distrust already.
+const ATTACK: f32 = 0.5;
+
+/// Weight of the force's difference from 1 g in the deviation: what a steady push has, too.
+const MAGNITUDE_WEIGHT: f32 = 0.7;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct QuietnessCoefficients {
+    least_noise: f32,
+    inverse_acceleration: f32,
+    inverse_rate: f32,
+}
+
+impl QuietnessCoefficients {
+    pub(super) fn new(quiet_gain: f32, quiet_acceleration: f32, quiet_rate: f32) -> Self {
+        Self {
+            least_noise: 1.0 / quiet_gain,
+            inverse_acceleration: 1.0 / quiet_acceleration,
+            inverse_rate: 1.0 / quiet_rate,
+        }
+    }
+}
+
+/// Follows the deviation of acceleration and angular rate from rest.
+#[derive(Clone, Debug)]
+pub(super) struct Quietness {
+    coefficients: QuietnessCoefficients,
+    /// Short mean of the specific force, world frame, m/s².
+    mean: Vec3,
+    /// Envelope of the deviation, m/s².
+    deviation: f32,
+    /// Envelope of the angular rate, rad/s.
+    rate: f32,
+}
+
+impl Quietness {
+    /// Begins as if an impact had just passed: quiet has to be seen first.
+    pub(super) const fn new(coefficients: QuietnessCoefficients) -> Self {
+        Self {
+            coefficients,
+            mean: Vec3::ZERO,
+            deviation: LARGEST_DEVIATION,
+            rate: LARGEST_RATE,
+        }
+    }
+
+    pub(super) const fn start(&mut self, force_magnitude: f32) {
+        self.mean = Vec3::new(0.0, 0.0, force_magnitude);
+    }
+
+    /// Takes in a sample and returns its noise relative to one in motion: 1 in motion, for all
+    /// samples alike, down to 1/`quiet_gain` in perfect quiet.
+    pub(super) fn update(
+        &mut self,
+        force_world: Vec3,
+        force_magnitude: f32,
+        rate_magnitude: f32,
+        dt: f32,
+    ) -> f32 {
+        let difference = force_world - self.mean;
+        let distance = difference.length();
+        let mut mean_gain = dt / (MEAN_TIME_CONSTANT + dt);
+        if distance > LARGEST_DEVIATION {
+            // An impact moves the mean by a bounded amount.
+            mean_gain *= LARGEST_DEVIATION / distance;
+        }
+        self.mean += difference * mean_gain;
+
+        let from_one_g = (force_magnitude - STANDARD_GRAVITY).abs();
+        let deviation = (distance + MAGNITUDE_WEIGHT * from_one_g).min(LARGEST_DEVIATION);
+        let rate = rate_magnitude.min(LARGEST_RATE);
+        let release = dt / (RELEASE_TIME_CONSTANT + dt);
+        self.deviation += release * (deviation - self.deviation);
+        self.rate += release * (rate - self.rate);
+
+        let deviation =
+            self.deviation.max(ATTACK * deviation) * self.coefficients.inverse_acceleration;
+        let rate = self.rate.max(ATTACK * rate) * self.coefficients.inverse_rate;
+        let unrest = deviation * deviation + rate * rate;
+        ((1.0 + unrest * unrest) * self.coefficients.least_noise).min(1.0)
+    }
+
+    /// Follows a correction of the world frame.
+    pub(super) fn turn_frame(&mut self, correction: Correction) {
+        self.mean = correction.turn(self.mean);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quietness() -> Quietness {
+        let mut quietness = Quietness::new(QuietnessCoefficients::new(200.0, 0.25, 3.0 * DEGREE));
+        quietness.start(STANDARD_GRAVITY);
+        quietness
+    }
+
+    fn settle(quietness: &mut Quietness, seconds: f32) -> f32 {
+        let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
+        let steps = (seconds * 1000.0) as u32;
+        (0..steps).fold(1.0, |_, _| {
+            quietness.update(up, STANDARD_GRAVITY, 0.0, 0.001)
+        })
+    }
+
+    #[test]
+    fn perfect_quiet_reaches_the_least_noise_within_a_stance() {
+        let noise = settle(&mut quietness(), 0.25);
+        assert!((noise * 200.0 - 1.0).abs() < 0.02, "{noise}");
+    }
+
+    #[test]
+    fn the_first_sample_of_an_impact_is_met_with_distrust() {
+        let mut quietness = quietness();
+        settle(&mut quietness, 1.0);
+        let impact = Vec3::new(60.0, 0.0, 30.0);
+        assert_eq!(quietness.update(impact, impact.length(), 0.0, 0.001), 1.0);
+    }
+
+    #[test]
+    fn a_turning_foot_is_not_quiet_however_smooth_its_acceleration() {
+        let mut quietness = quietness();
+        settle(&mut quietness, 1.0);
+        let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
+        let noise = (0..200).fold(0.0, |_, _| {
+            quietness.update(up, STANDARD_GRAVITY, 0.5, 0.001)
+        });
+        assert_eq!(noise, 1.0);
+    }
+}

@@ -1,0 +1,95 @@
+//! Strapdown integration: from angular rate to a small turn.
+
+use super::{Continuity, Step};
+use crate::vector::{Quaternion, Vec3};
+
+/// Turns beyond this within one step (rad, squared) are not integrated: the series would no
+/// longer hold, and at such rates one sample does not say where the sensor has got to.
+const LARGEST_TURN_SQUARED: f32 = 1.0;
+
+/// What happened between two samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Turn {
+    /// The sensor turned by this much, in its own frame.
+    By(Quaternion),
+    /// It is not known how far it turned.
+    Unknown,
+}
+
+/// The gyroscope's previous sample and its delay.
+#[derive(Clone, Debug)]
+pub(super) struct Strapdown {
+    gyro_delay: f32,
+    previous_rate: Vec3,
+}
+
+impl Strapdown {
+    pub(super) const fn new(gyro_delay: f32) -> Self {
+        Self {
+            gyro_delay,
+            previous_rate: Vec3::ZERO,
+        }
+    }
+
+    pub(super) const fn start(&mut self, rate: Vec3) {
+        self.previous_rate = rate;
+    }
+
+    /// The turn since the sample before. Between two samples the rate changes linearly, and each
+    /// lies `gyro_delay` behind its timestamp: the trapezoid is moved ahead by that.
+    pub(super) fn turn(&mut self, rate: Vec3, bias: Vec3, step: Step) -> Turn {
+        let change = rate - self.previous_rate;
+        self.previous_rate = rate;
+        let angle = (rate - bias) * step.seconds + change * (self.gyro_delay - 0.5 * step.seconds);
+        if step.continuity == Continuity::Gap || angle.dot(angle) > LARGEST_TURN_SQUARED {
+            return Turn::Unknown;
+        }
+        Turn::By(Quaternion::from_small_rotation(angle))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: Step = Step {
+        seconds: 0.001,
+        continuity: Continuity::Continuous,
+    };
+
+    #[test]
+    fn a_constant_rate_turns_by_rate_times_time_less_the_bias() {
+        let mut strapdown = Strapdown::new(0.0);
+        strapdown.start(Vec3::new(0.0, 0.0, 2.0));
+        let turn = strapdown.turn(Vec3::new(0.0, 0.0, 2.0), Vec3::new(0.0, 0.0, 0.5), STEP);
+        let Turn::By(quaternion) = turn else {
+            panic!("{turn:?}");
+        };
+        // Half of 1.5 rad/s · 1 ms.
+        assert!((quaternion.z - 0.75e-3).abs() < 1e-9, "{quaternion:?}");
+    }
+
+    #[test]
+    fn a_delay_of_half_a_period_is_the_rectangle_rule() {
+        let mut strapdown = Strapdown::new(0.5e-3);
+        strapdown.start(Vec3::ZERO);
+        let turn = strapdown.turn(Vec3::new(1.0, 0.0, 0.0), Vec3::ZERO, STEP);
+        assert_eq!(
+            turn,
+            Turn::By(Quaternion::from_small_rotation(Vec3::new(1.0e-3, 0.0, 0.0)))
+        );
+    }
+
+    #[test]
+    fn across_a_gap_or_at_an_impossible_rate_the_turn_is_unknown() {
+        let mut strapdown = Strapdown::new(0.0);
+        let gap = Step {
+            seconds: 0.1,
+            continuity: Continuity::Gap,
+        };
+        assert_eq!(strapdown.turn(Vec3::ZERO, Vec3::ZERO, gap), Turn::Unknown);
+        let spin = Vec3::new(0.0, 999.0, 999.0);
+        strapdown.start(spin);
+        assert_eq!(strapdown.turn(spin, Vec3::ZERO, STEP), Turn::Unknown);
+    }
+}
