@@ -36,3 +36,22 @@ pub struct Recording {
     /// The samples in order of time.
     pub samples: Vec<RecordedSample>,
 }
+
+impl Recording {
+    /// Time from the first sample to the last, s; 0 where there is none.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match (self.samples.first(), self.samples.last()) {
+            (Some(first), Some(last)) => last.time_s() - first.time_s(),
+            _ => 0.0,
+        }
+    }
+}
+
+impl RecordedSample {
+    /// When the sample was acquired, s since the recording's clock started.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        self.imu.timestamp.as_micros() as f64 / 1.0e6
+    }
+}

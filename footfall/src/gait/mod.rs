@@ -1,1 +1,41 @@
-//! Gait simulator.
+//! A walking foot where there is no recording: its true motion, and what its IMU measures.
+//!
+//! The path from intention to sample, one module a step:
+//!
+//! | step | module |
+//! |---|---|
+//! | which steps, on which ground | [`plan`] |
+//! | one step in numbers | [`step`] |
+//! | the true motion at any moment, in closed form | [`motion`] |
+//! | whether the foot is in stable contact, from its own velocity | [`label`] |
+//! | noise, bias, temperature drift and filters of the sensor | [`sensor`] |
+//! | codes, range and scale | [`codes`] |
+//! | all of it at 1 kHz, as a recording | [`record`](mod@record) |
+//!
+//! The truth is kinematic: motion, load and slips are prescribed as smooth functions of time, not
+//! the outcome of a simulation of bodies. So velocity, acceleration and label are exact, and what
+//! an estimator is measured against is no other estimator. It says nothing about how often a real
+//! robot slips, and a score reached here is no score on a robot.
+//!
+//! The same plan, sensor and seed give the same bits on every machine: f64 arithmetic, square
+//! roots, and `libm` for everything else.
+
+pub mod codes;
+mod jet;
+pub mod label;
+mod low_pass;
+pub mod motion;
+pub mod plan;
+mod random;
+pub mod record;
+mod segment;
+pub mod sensor;
+mod shape;
+pub mod space;
+pub mod step;
+mod stride;
+
+pub use motion::{Activity, FootState, Motion};
+pub use plan::{GaitName, Ground, Plan};
+pub use record::{Simulation, record, simulate};
+pub use sensor::SensorParams;
