@@ -1,4 +1,30 @@
 //! footfall on the host: recordings in, probabilities, numbers and pictures out.
+//!
+//! The path of a recording, one module a step:
+//!
+//! | step | module |
+//! |---|---|
+//! | what the command line says | [`cli`] |
+//! | which parameters that makes | [`config`] |
+//! | a file becomes a [`Recording`](recording::Recording) | [`input`] |
+//! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
+//! | the estimator runs over it | [`replay`] |
+//! | how good that was | [`metrics`] |
+//! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
 
+pub mod cli;
+pub mod config;
+pub mod demo;
+pub mod error;
 pub mod gait;
+pub mod input;
+pub mod metrics;
+pub mod output;
+pub mod plot;
+mod progress;
 pub mod recording;
+pub mod replay;
+pub mod report;
+pub mod summary;
+
+pub use error::Error;

@@ -1,0 +1,185 @@
+//! The command line: `footfall replay`, and `footfall demo`, which is also what happens without
+//! a sub-command.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Parser, Subcommand};
+use estimator_core::{Gravity, WindowLength};
+
+use crate::config::{Overrides, Preset, parse_gravity, parse_window};
+use crate::demo;
+use crate::error::Error;
+use crate::input::{self, Format, Hints};
+use crate::output::OutputError;
+use crate::report::{SummaryStyle, Wanted, report};
+
+/// How probable it is that a robot's foot stands firmly, from the IMU on it
+#[derive(Debug, Parser)]
+#[command(version, arg_required_else_help = false)]
+pub struct Arguments {
+    /// What to do; `demo` where nothing is said.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// What can be done.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Replay a recording: probabilities to a table, a picture and a summary
+    Replay(ReplayArguments),
+    /// Make a walking foot, sense it as an LSM6DSOX would, and replay that; needs no files
+    Demo(DemoArguments),
+}
+
+/// What `footfall replay` takes. Later wins: preset, configuration file, options.
+#[derive(Debug, Args)]
+pub struct ReplayArguments {
+    /// The recording
+    pub input: PathBuf,
+    /// How the file is laid out; may be left out where a header names the six axes (csv)
+    #[arg(long, value_enum)]
+    pub format: Option<Format>,
+    /// Where the parameters start from
+    #[arg(long, value_enum, default_value_t)]
+    pub preset: Preset,
+    /// A TOML file with parameters that differ from the preset
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Length of the window: a duration such as 50ms or a count such as 50samples
+    #[arg(long, value_name = "LENGTH", value_parser = parse_window)]
+    pub window: Option<WindowLength>,
+    /// Sample rate, where the file does not tell or its nominal rate is wrong
+    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate)]
+    pub sample_rate: Option<f32>,
+    /// Whether the accelerations contain gravity: included or removed
+    #[arg(long, value_name = "included|removed", value_parser = parse_gravity)]
+    pub gravity: Option<Gravity>,
+    /// Write the estimates, one row per sample
+    #[arg(long, value_name = "OUT.csv")]
+    pub output: Option<PathBuf>,
+    /// Write the figure
+    #[arg(long, value_name = "OUT.svg")]
+    pub plot: Option<PathBuf>,
+    /// Print the summary as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `footfall demo` takes.
+#[derive(Debug, Args)]
+pub struct DemoArguments {
+    /// Where samples.csv and plot.svg go; made where it does not exist
+    #[arg(long, value_name = "DIR", default_value = demo::DIRECTORY)]
+    pub out: PathBuf,
+    /// What the sensor's noise and the foot's slips are drawn from: the same seed, the same walk
+    #[arg(long, default_value_t = demo::SEED)]
+    pub seed: u64,
+}
+
+impl Default for DemoArguments {
+    fn default() -> Self {
+        Self {
+            out: demo::DIRECTORY.into(),
+            seed: demo::SEED,
+        }
+    }
+}
+
+impl Arguments {
+    /// Does what was asked.
+    ///
+    /// # Errors
+    /// The first thing that stands in the way.
+    pub fn run(self) -> Result<(), Error> {
+        let command = self
+            .command
+            .unwrap_or_else(|| Command::Demo(DemoArguments::default()));
+        match command {
+            Command::Replay(arguments) => arguments.run(),
+            Command::Demo(DemoArguments { out, seed }) => demo::run(&out, seed),
+        }
+    }
+}
+
+impl ReplayArguments {
+    fn run(self) -> Result<(), Error> {
+        let overrides = match &self.config {
+            Some(path) => Overrides::read(path)?,
+            None => Overrides::default(),
+        };
+        let format = match self.format {
+            Some(format) => format,
+            None => input::guess_format(&self.input)?,
+        };
+        let mut params = self.preset.params(format);
+        overrides.apply(&mut params);
+        if let Some(window) = self.window {
+            params.window = window;
+        }
+        for result in [&self.output, &self.plot].into_iter().flatten() {
+            refuse_overwriting(&self.input, result)?;
+        }
+        let hints = Hints {
+            sample_rate: self.sample_rate.or(overrides.sample_rate_hz),
+            gravity: self.gravity.or(overrides.gravity),
+        };
+        let loaded = input::read(&self.input, format, &hints)?;
+        for notice in &loaded.notices {
+            eprintln!("footfall: {notice}");
+        }
+        let wanted = Wanted {
+            samples: None,
+            estimates: self.output,
+            plot: self.plot,
+            summary: if self.json {
+                SummaryStyle::Json
+            } else {
+                SummaryStyle::Text
+            },
+        };
+        report(&loaded.recording, &params, &wanted)
+    }
+}
+
+/// A recording cannot be made again: no result may take its place.
+fn refuse_overwriting(input: &Path, result: &Path) -> Result<(), OutputError> {
+    match (fs::canonicalize(input), fs::canonicalize(result)) {
+        (Ok(input), Ok(same)) if input == same => Err(OutputError::OverInput {
+            file: result.display().to_string(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn parse_sample_rate(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|rate: &f32| rate.is_finite() && *rate > 0.0)
+        .ok_or_else(|| format!("{text:?} is no sample rate: write a number of Hz above 0"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn nothing_at_all_means_demo() {
+        let arguments = Arguments::parse_from(["footfall"]);
+        assert!(arguments.command.is_none());
+    }
+
+    #[test]
+    fn a_sample_rate_is_a_positive_number() {
+        assert_eq!(parse_sample_rate("285.714"), Ok(285.714));
+        for wrong in ["0", "-1", "nan", "inf", "fast"] {
+            assert!(parse_sample_rate(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Values per axis: one number for a sensor's three axes, or a table of axes.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use estimator_core::PerAxis;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::set;
+
+/// A value for each axis of both sensors.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct SensorOverrides {
+    /// For `ax`, `ay` and `az`, m/s².
+    #[serde(default)]
+    pub acceleration_m_s2: AxisOverrides<AccelerationAxes>,
+    /// For `wx`, `wy` and `wz`, rad/s.
+    #[serde(default)]
+    pub angular_rate_rad_s: AxisOverrides<AngularRateAxes>,
+}
+
+/// Values for the three axes of one sensor.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum AxisOverrides<A> {
+    /// As the preset has it.
+    #[default]
+    Unset,
+    /// The same on all three.
+    All(f32),
+    /// Each on its own.
+    Each(A),
+}
+
+/// Values by acceleration axis, m/s².
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct AccelerationAxes {
+    /// Along x.
+    pub ax: Option<f32>,
+    /// Along y.
+    pub ay: Option<f32>,
+    /// Along z.
+    pub az: Option<f32>,
+}
+
+/// Values by angular-rate axis, rad/s.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct AngularRateAxes {
+    /// About x.
+    pub wx: Option<f32>,
+    /// About y.
+    pub wy: Option<f32>,
+    /// About z.
+    pub wz: Option<f32>,
+}
+
+impl SensorOverrides {
+    pub(super) fn apply(&self, params: &mut PerAxis<f32>) {
+        let PerAxis {
+            ax,
+            ay,
+            az,
+            wx,
+            wy,
+            wz,
+        } = params;
+        let [by_x, by_y, by_z] = match &self.acceleration_m_s2 {
+            AxisOverrides::Unset => [None; 3],
+            AxisOverrides::All(value) => [Some(*value); 3],
+            AxisOverrides::Each(axes) => [axes.ax, axes.ay, axes.az],
+        };
+        set(ax, by_x);
+        set(ay, by_y);
+        set(az, by_z);
+        let [by_x, by_y, by_z] = match &self.angular_rate_rad_s {
+            AxisOverrides::Unset => [None; 3],
+            AxisOverrides::All(value) => [Some(*value); 3],
+            AxisOverrides::Each(axes) => [axes.wx, axes.wy, axes.wz],
+        };
+        set(wx, by_x);
+        set(wy, by_y);
+        set(wz, by_z);
+    }
+}
+
+// By hand: serde's untagged enums cannot say which key of the table is the unknown one.
+impl<'de, A: Deserialize<'de>> Deserialize<'de> for AxisOverrides<A> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NumberOrTable<A>(PhantomData<A>);
+
+        impl<'de, A: Deserialize<'de>> Visitor<'de> for NumberOrTable<A> {
+            type Value = AxisOverrides<A>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number or a table of axes")
+            }
+
+            fn visit_f64<E>(self, value: f64) -> Result<Self::Value, E> {
+                Ok(AxisOverrides::All(value as f32))
+            }
+
+            fn visit_i64<E>(self, value: i64) -> Result<Self::Value, E> {
+                Ok(AxisOverrides::All(value as f32))
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Self::Value, M::Error> {
+                A::deserialize(MapAccessDeserializer::new(map)).map(AxisOverrides::Each)
+            }
+        }
+
+        deserializer.deserialize_any(NumberOrTable(PhantomData))
+    }
+}

@@ -1,0 +1,370 @@
+//! From preset, file format, configuration file and options to parameters.
+//!
+//! What comes later wins: preset, then the configuration file, then options.
+//!
+//! A configuration file is TOML. Every key is optional and carries its unit; an unknown key is
+//! an error. What is given per sensor may be one number for its three axes or a table of axes.
+//!
+//! ```
+//! let text = r#"
+//! sample_rate_hz = 500.0
+//! gravity = "included"            # or "removed"
+//! window = "50ms"                 # or "25samples"
+//!
+//! [bandwidth]                     # kernel standard deviation h: the sensor's noise
+//! acceleration_m_s2 = 0.02
+//! angular_rate_rad_s = 0.0012
+//!
+//! [half_width]                    # δ: motion within ±δ counts as rest
+//! acceleration_m_s2 = { ax = 0.4, ay = 0.4, az = 0.8 }
+//! angular_rate_rad_s = 0.04
+//!
+//! [decision]
+//! threshold = 0.5
+//! on_delay_s = 0.02
+//! off_delay_s = 0.0
+//!
+//! [load]                          # in the unit of the load signal
+//! on_threshold = 12.0
+//! off_threshold = 6.0
+//! "#;
+//! let overrides = footfall::config::Overrides::parse(text, "robot.toml")?;
+//! let mut params = estimator_core::Params::DEFAULT;
+//! overrides.apply(&mut params);
+//! assert_eq!(params.half_width.az, 0.8);
+//! params.validate::<256>()?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The attitude filter's keys, in the tables `[attitude]` and `[attitude.rest]`, are those of
+//! [`AttitudeOverrides`] and [`RestOverrides`].
+
+mod attitude;
+mod axes;
+mod value;
+
+use std::path::Path;
+use std::{fs, io};
+
+use clap::ValueEnum;
+use estimator_core::{Gravity, LoadParams, Params, WindowLength};
+use serde::{Deserialize, Deserializer};
+use thiserror::Error;
+
+pub use attitude::{AttitudeOverrides, RestOverrides};
+pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
+pub use value::{parse_gravity, parse_gyro_timing, parse_window};
+
+use crate::input::Format;
+
+/// Where parameters start from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Preset {
+    /// For an LSM6DSOX on a robot's foot
+    #[default]
+    Default,
+    /// The paper's settings: those for the GO1 with --format pce-go1, else those for ATLAS
+    Paper,
+}
+
+impl Preset {
+    /// The parameters for recordings of a format. Rate and gravity are what the format says, the
+    /// load trigger is in the unit of the format's load.
+    #[must_use]
+    pub fn params(self, format: Format) -> Params {
+        let load_trigger_of = |other: Params| -> LoadParams { other.load };
+        match (self, format) {
+            (Self::Default, Format::Csv) => Params::DEFAULT,
+            (Self::Default, Format::PceAtlas) => Params {
+                gravity: Gravity::Removed,
+                load: load_trigger_of(Params::PAPER),
+                ..Params::DEFAULT
+            },
+            (Self::Default, Format::PceGo1) => Params {
+                sample_rate: Params::PAPER_GO1.sample_rate,
+                load: load_trigger_of(Params::PAPER_GO1),
+                ..Params::DEFAULT
+            },
+            (Self::Paper, Format::Csv) => Params {
+                gravity: Gravity::Included,
+                ..Params::PAPER
+            },
+            (Self::Paper, Format::PceAtlas) => Params::PAPER,
+            (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
+        }
+    }
+}
+
+/// A configuration file: what it sets differs from the preset, the rest does not.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Overrides {
+    /// Sample rate in Hz, where the recording does not tell.
+    pub sample_rate_hz: Option<f32>,
+    /// Whether samples contain gravity.
+    #[serde(default, deserialize_with = "gravity")]
+    pub gravity: Option<Gravity>,
+    /// Length of the window, as [`parse_window`] reads it.
+    #[serde(default, deserialize_with = "window")]
+    pub window: Option<WindowLength>,
+    /// Kernel standard deviations h.
+    #[serde(default)]
+    pub bandwidth: SensorOverrides,
+    /// Half-widths δ.
+    #[serde(default)]
+    pub half_width: SensorOverrides,
+    /// The attitude filter.
+    #[serde(default)]
+    pub attitude: AttitudeOverrides,
+    /// The debounced decision.
+    #[serde(default)]
+    pub decision: DecisionOverrides,
+    /// The load trigger.
+    #[serde(default)]
+    pub load: LoadOverrides,
+}
+
+/// When the probability becomes a yes or a no.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct DecisionOverrides {
+    /// The probability above which contact counts as stable.
+    pub threshold: Option<f32>,
+    /// How long it must be above before the decision is "stable", s.
+    pub on_delay_s: Option<f32>,
+    /// How long it must be below before the decision is "not stable", s.
+    pub off_delay_s: Option<f32>,
+}
+
+/// When the foot counts as loaded, in the unit of the load signal.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct LoadOverrides {
+    /// Loaded from this load on.
+    pub on_threshold: Option<f32>,
+    /// No longer loaded below this load.
+    pub off_threshold: Option<f32>,
+}
+
+/// Why a configuration file cannot be used.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// It cannot be opened or read.
+    #[error("{file} cannot be read: {source}")]
+    Unreadable {
+        /// The file, as it was named.
+        file: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// It does not say anything that can be set, or says it wrongly.
+    #[error("{file}, line {line}{}: {message}", key.as_ref().map(|key| format!(", key {key}")).unwrap_or_default())]
+    Wrong {
+        /// The file, as it was named.
+        file: String,
+        /// The line, from 1.
+        line: usize,
+        /// The key with the table it stands in, where the line has one.
+        key: Option<String>,
+        /// What is wrong.
+        message: String,
+    },
+}
+
+impl Overrides {
+    /// Reads a configuration file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or something in it is wrong.
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let file = path.display().to_string();
+        match fs::read_to_string(path) {
+            Ok(text) => Self::parse(&text, &file),
+            Err(source) => Err(ConfigError::Unreadable { file, source }),
+        }
+    }
+
+    /// Reads the text of a configuration file; `file` names it in errors.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its line and key.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
+        toml::from_str(text).map_err(|error| {
+            let start = error.span().map_or(0, |span| span.start.min(text.len()));
+            let lines_before = text.as_bytes()[..start].iter().filter(|b| **b == b'\n');
+            let line = lines_before.count() + 1;
+            ConfigError::Wrong {
+                file: file.to_owned(),
+                line,
+                key: key_on_line(text, line),
+                message: error.message().trim().replace('\n', ", "),
+            }
+        })
+    }
+
+    /// Sets in `params` what the file sets.
+    pub fn apply(&self, params: &mut Params) {
+        set(&mut params.sample_rate, self.sample_rate_hz);
+        set(&mut params.gravity, self.gravity);
+        set(&mut params.window, self.window);
+        self.bandwidth.apply(&mut params.bandwidth);
+        self.half_width.apply(&mut params.half_width);
+        self.attitude.apply(&mut params.attitude);
+        set(&mut params.decision.threshold, self.decision.threshold);
+        set(&mut params.decision.on_delay, self.decision.on_delay_s);
+        set(&mut params.decision.off_delay, self.decision.off_delay_s);
+        set(&mut params.load.on_threshold, self.load.on_threshold);
+        set(&mut params.load.off_threshold, self.load.off_threshold);
+    }
+}
+
+fn set<T: Copy>(field: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *field = value;
+    }
+}
+
+fn window<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<WindowLength>, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    parse_window(&text)
+        .map(Some)
+        .map_err(serde::de::Error::custom)
+}
+
+fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Gravity>, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    parse_gravity(&text)
+        .map(Some)
+        .map_err(serde::de::Error::custom)
+}
+
+/// The key that stands on a line (from 1), with the table it is in.
+fn key_on_line(text: &str, line: usize) -> Option<String> {
+    let so_far: Vec<&str> = text.lines().take(line).map(str::trim).collect();
+    let (key, _) = so_far.last()?.split_once('=')?;
+    let table = so_far
+        .iter()
+        .rev()
+        .find_map(|line| line.strip_prefix('[')?.split(']').next());
+    Some(match table {
+        Some(table) => format!("{}.{}", table.trim(), key.trim()),
+        None => key.trim().to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::{AttitudeParams, DecisionParams, GyroTiming, PerAxis, RestParams};
+
+    fn applied(text: &str) -> Params {
+        let mut params = Params::DEFAULT;
+        Overrides::parse(text, "x.toml").unwrap().apply(&mut params);
+        params
+    }
+
+    fn message(text: &str) -> String {
+        Overrides::parse(text, "x.toml").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn an_empty_file_changes_nothing() {
+        assert_eq!(applied(""), Params::DEFAULT);
+    }
+
+    #[test]
+    fn every_key_reaches_its_parameter() {
+        let params = applied(
+            "sample_rate_hz = 500\ngravity = 'removed'\nwindow = '25samples'\n\
+             [bandwidth]\nacceleration_m_s2 = 1\nangular_rate_rad_s = 2.0\n\
+             [half_width]\nacceleration_m_s2 = { ax = 3, ay = 4, az = 5 }\n\
+             angular_rate_rad_s = { wx = 6, wy = 7, wz = 8 }\n\
+             [attitude]\ngyro_timing = '9ms'\nmotion_time_constant_s = 10\nquiet_gain = 11\n\
+             quiet_acceleration_m_s2 = 12\nquiet_rate_rad_s = 13\n\
+             [attitude.rest]\nduration_s = 14\nacceleration_m_s2 = 15\nrate_rad_s = 16\n\
+             bias_limit_rad_s = 17\nbias_time_constant_s = 18\n\
+             [decision]\nthreshold = 0.6\non_delay_s = 0.1\noff_delay_s = 0.2\n\
+             [load]\non_threshold = 20\noff_threshold = 10\n",
+        );
+        let expected = Params {
+            sample_rate: 500.0,
+            gravity: Gravity::Removed,
+            window: WindowLength::Samples(25),
+            bandwidth: PerAxis::by_sensor(1.0, 2.0),
+            half_width: PerAxis::from_array([3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
+            attitude: AttitudeParams {
+                gyro_timing: GyroTiming::Delay(0.009),
+                motion_time_constant: 10.0,
+                quiet_gain: 11.0,
+                quiet_acceleration: 12.0,
+                quiet_rate: 13.0,
+                rest: RestParams {
+                    duration: 14.0,
+                    acceleration: 15.0,
+                    rate: 16.0,
+                    bias_limit: 17.0,
+                    bias_time_constant: 18.0,
+                },
+            },
+            decision: DecisionParams {
+                threshold: 0.6,
+                on_delay: 0.1,
+                off_delay: 0.2,
+            },
+            load: LoadParams {
+                on_threshold: 20.0,
+                off_threshold: 10.0,
+            },
+        };
+        assert_eq!(params, expected);
+    }
+
+    #[test]
+    fn an_axis_that_is_not_named_keeps_its_value() {
+        let params = applied("half_width.acceleration_m_s2 = { az = 0.8 }");
+        assert_eq!(params.half_width.to_array()[..3], [0.4, 0.4, 0.8]);
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_its_line() {
+        assert_eq!(
+            message("\n[half_width]\nacceleration = 1.0\n"),
+            "x.toml, line 3, key half_width.acceleration: unknown field `acceleration`, \
+             expected `acceleration_m_s2` or `angular_rate_rad_s`"
+        );
+    }
+
+    #[test]
+    fn a_value_of_the_wrong_kind_is_named_with_its_key() {
+        assert_eq!(
+            message("[load]\non_threshold = 'high'\n"),
+            "x.toml, line 2, key load.on_threshold: invalid type: string \"high\", expected f32"
+        );
+        assert_eq!(
+            message("[bandwidth]\nangular_rate_rad_s = 'low'\n"),
+            "x.toml, line 2, key bandwidth.angular_rate_rad_s: \
+             invalid type: string \"low\", expected a number or a table of axes"
+        );
+    }
+
+    #[test]
+    fn an_unknown_axis_is_named() {
+        let message = message("[bandwidth]\nangular_rate_rad_s = { ax = 1 }\n");
+        assert!(
+            message.starts_with(
+                "x.toml, line 2, key bandwidth.angular_rate_rad_s: unknown field `ax`"
+            ),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn every_preset_is_valid_for_every_format() {
+        for preset in [Preset::Default, Preset::Paper] {
+            for format in [Format::PceAtlas, Format::PceGo1, Format::Csv] {
+                let params = preset.params(format);
+                assert!(params.validate::<256>().is_ok(), "{preset:?}, {format:?}");
+            }
+        }
+    }
+}

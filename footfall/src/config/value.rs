@@ -1,0 +1,70 @@
+//! Values that are written as words, in files and on the command line alike.
+
+use estimator_core::{Gravity, GyroTiming, WindowLength};
+
+/// Reads a window's length: a duration such as `50ms`, or a count such as `50samples`.
+///
+/// # Errors
+/// A sentence that says how to write it.
+pub fn parse_window(text: &str) -> Result<WindowLength, String> {
+    let window = match text.strip_suffix("samples") {
+        Some(count) => count.trim_end().parse().ok().map(WindowLength::Samples),
+        None => duration(text).map(WindowLength::Duration),
+    };
+    window.ok_or_else(|| {
+        format!("{text:?} is no window: write a duration such as 50ms or a count such as 50samples")
+    })
+}
+
+/// Reads whether gravity is `included` or `removed`.
+///
+/// # Errors
+/// A sentence that names both words.
+pub fn parse_gravity(text: &str) -> Result<Gravity, String> {
+    match text {
+        "included" => Ok(Gravity::Included),
+        "removed" => Ok(Gravity::Removed),
+        _ => Err(format!("{text:?} is neither \"included\" nor \"removed\"")),
+    }
+}
+
+/// Reads when the gyroscope measured what a sample says: `period_mean`, or a delay such as `1.5ms`.
+///
+/// # Errors
+/// A sentence that says how to write it.
+pub fn parse_gyro_timing(text: &str) -> Result<GyroTiming, String> {
+    if text == "period_mean" {
+        return Ok(GyroTiming::PeriodMean);
+    }
+    duration(text).map(GyroTiming::Delay).ok_or_else(|| {
+        format!("{text:?} is no timing: write \"period_mean\" or a delay such as \"1.5ms\"")
+    })
+}
+
+/// A number of milliseconds with its unit, in s.
+fn duration(text: &str) -> Option<f32> {
+    let milliseconds: f64 = text.strip_suffix("ms")?.trim_end().parse().ok()?;
+    Some((milliseconds * 1.0e-3) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_is_a_duration_or_a_count() {
+        assert_eq!(parse_window("50ms"), Ok(WindowLength::Duration(0.05)));
+        assert_eq!(parse_window("12.5ms"), Ok(WindowLength::Duration(0.0125)));
+        assert_eq!(parse_window("50samples"), Ok(WindowLength::Samples(50)));
+        for wrong in ["50", "ms", "50s", "1.5samples", "-3samples", ""] {
+            assert!(parse_window(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn gyro_timing_is_a_word_or_a_delay() {
+        assert_eq!(parse_gyro_timing("period_mean"), Ok(GyroTiming::PeriodMean));
+        assert_eq!(parse_gyro_timing("1.5ms"), Ok(GyroTiming::Delay(0.0015)));
+        assert!(parse_gyro_timing("1.5").is_err());
+    }
+}

@@ -1,0 +1,30 @@
+//! Everything that can end a command, as one clear sentence each.
+
+use std::io;
+
+use estimator_core::ParamsError;
+use thiserror::Error;
+
+use crate::config::ConfigError;
+use crate::input::InputError;
+use crate::output::OutputError;
+
+/// Why a command could not do what it was asked.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// The recording cannot be used.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The configuration file cannot be used.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The parameters that preset, configuration file and options add up to are not valid.
+    #[error("parameter {0}")]
+    Params(#[from] ParamsError),
+    /// A result could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The summary could not be printed.
+    #[error("the summary cannot be printed: {0}")]
+    Print(#[source] io::Error),
+}

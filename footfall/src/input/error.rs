@@ -1,0 +1,159 @@
+//! What can be wrong with a file, and where.
+
+use std::{fmt, io};
+
+use thiserror::Error;
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// The file, as it was named.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u64,
+    /// Column, from 1.
+    pub column: usize,
+    /// The column's name.
+    pub name: String,
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            file,
+            line,
+            column,
+            name,
+        } = self;
+        write!(f, "{file}, line {line}, column {column} ({name})")
+    }
+}
+
+/// Why a file is no recording. Lines and columns count from 1.
+#[derive(Debug, Error)]
+pub enum InputError {
+    /// The file cannot be opened or read.
+    #[error("{file} cannot be read: {source}")]
+    Unreadable {
+        /// The file, as it was named.
+        file: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// There is no sample in it.
+    #[error("{file} is empty: it holds no sample")]
+    Empty {
+        /// The file, as it was named.
+        file: String,
+    },
+    /// No format was given and the first line does not tell.
+    #[error(
+        "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1 or csv"
+    )]
+    UnknownFormat {
+        /// The file, as it was named.
+        file: String,
+    },
+    /// A line is not text.
+    #[error("{file}, line {line}, column {column}: not UTF-8 text")]
+    NotUtf8 {
+        /// The file, as it was named.
+        file: String,
+        /// The line.
+        line: u64,
+        /// The column.
+        column: usize,
+    },
+    /// A line has too many or too few cells.
+    #[error("{file}, line {line}: {found} columns where {expected} are expected")]
+    ColumnCount {
+        /// The file, as it was named.
+        file: String,
+        /// The line.
+        line: u64,
+        /// How many it has.
+        found: usize,
+        /// How many it should have.
+        expected: usize,
+    },
+    /// The header lacks columns that every recording needs.
+    #[error("{file}, line {line}: missing in the header: {columns}")]
+    MissingColumns {
+        /// The file, as it was named.
+        file: String,
+        /// The header's line.
+        line: u64,
+        /// The missing names, separated by commas.
+        columns: String,
+    },
+    /// The header names a column twice.
+    #[error("{cell}: this name stands in the header twice")]
+    DuplicateColumn {
+        /// The second of the two.
+        cell: Cell,
+    },
+    /// A cell that needs a number has none.
+    #[error("{cell}: blank where a number is needed")]
+    Blank {
+        /// The cell.
+        cell: Cell,
+    },
+    /// A cell holds something else than a number.
+    #[error("{cell}: {text:?} is not a number")]
+    NotANumber {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        text: String,
+    },
+    /// A label is neither 0 nor 1.
+    #[error("{cell}: label {value} where 0 (not stable) or 1 (stable) is expected")]
+    Label {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        value: f64,
+    },
+    /// A time is negative, not finite, or beyond 30 000 years.
+    #[error("{cell}: time {value} s where 0 to 1e12 is expected")]
+    Time {
+        /// The cell.
+        cell: Cell,
+        /// What it holds, s.
+        value: f64,
+    },
+    /// Time does not advance by at least a microsecond.
+    #[error("{cell}: time {value} s does not come after {previous} s in the row before")]
+    TimeOrder {
+        /// The cell.
+        cell: Cell,
+        /// The time, s.
+        value: f64,
+        /// The time of the row before, s.
+        previous: f64,
+    },
+    /// Cells that belong together are filled in part.
+    #[error(
+        "{cell}: IMU values after a row that had none; rows of force alone may only stand at the end"
+    )]
+    ImuAfterForceOnly {
+        /// The cell.
+        cell: Cell,
+    },
+    /// Nothing tells the sample rate.
+    #[error("{file} has no times that tell the sample rate, so it must be given: --sample-rate HZ")]
+    UnknownSampleRate {
+        /// The file, as it was named.
+        file: String,
+    },
+    /// The times contradict the sample rate that was given.
+    #[error("{file}: column t says {measured:.2} Hz, but the sample rate was given as {given} Hz")]
+    SampleRateConflict {
+        /// The file, as it was named.
+        file: String,
+        /// The rate from the median time between rows, Hz.
+        measured: f64,
+        /// The rate that was given, Hz.
+        given: f32,
+    },
+}

@@ -1,0 +1,307 @@
+//! Result files: the table of estimates, and how any result gets to disk.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use estimator_core::{ContactEstimate, Flag, Load, Quaternion, Timestamp, Vec3};
+use thiserror::Error;
+
+use crate::recording::{Label, RecordedSample};
+
+/// The header of the table of estimates.
+///
+/// | columns | meaning | unit |
+/// |---|---|---|
+/// | `t` | time of the sample, six decimals | s |
+/// | `p_stable`, `p_tangential`, `p_vertical` | the paper's three probabilities | [0, 1] |
+/// | `p_ax` … `p_wz` | probability per axis | [0, 1] |
+/// | `qw` … `qz` | orientation, Hamilton, sensor → world | unit quaternion |
+/// | `lax`, `lay`, `laz` | linear acceleration, sensor frame | m/s² |
+/// | `bwx`, `bwy`, `bwz` | gyroscope bias, sensor frame | rad/s |
+/// | `state` | name of the [`Phase`](estimator_core::Phase) | |
+/// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |
+pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
+     qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags";
+
+/// Why a result could not be written.
+#[derive(Debug, Error)]
+pub enum OutputError {
+    /// The directory it should go to does not exist.
+    #[error("{file} cannot be written: there is no directory {directory}")]
+    NoDirectory {
+        /// The result, as it was named.
+        file: String,
+        /// The missing directory.
+        directory: String,
+    },
+    /// The result would take the place of the recording it is made from.
+    #[error("{file} cannot be written: it is the recording itself")]
+    OverInput {
+        /// The result, as it was named.
+        file: String,
+    },
+    /// Something else went wrong.
+    #[error("{file} cannot be written: {source}")]
+    Unwritable {
+        /// The result, as it was named.
+        file: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
+}
+
+/// The header of a recording: what [`input::csv`](crate::input::csv) reads.
+const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label";
+
+/// Writes the table of estimates, one row per estimate. Numbers read back as the same f32.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_estimates(estimates: &[ContactEstimate], to: &mut dyn Write) -> io::Result<()> {
+    writeln!(to, "{HEADER}")?;
+    for estimate in estimates {
+        write_time(estimate.timestamp, to)?;
+        write_estimate(estimate, to)?;
+    }
+    Ok(())
+}
+
+/// Writes a recording as a `csv` that can be replayed. Numbers read back as the same f32; that a
+/// sample was saturated is lost.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_recording(samples: &[RecordedSample], to: &mut dyn Write) -> io::Result<()> {
+    writeln!(to, "{RECORDING_HEADER}")?;
+    for sample in samples {
+        write_sample(sample, to)?;
+        writeln!(to)?;
+    }
+    Ok(())
+}
+
+/// Writes a recording with its estimates, one per sample: the columns of [`write_recording`],
+/// then those of [`HEADER`] but its time.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_samples(
+    samples: &[RecordedSample],
+    estimates: &[ContactEstimate],
+    to: &mut dyn Write,
+) -> io::Result<()> {
+    writeln!(to, "{RECORDING_HEADER},{}", HEADER.trim_start_matches("t,"))?;
+    for (sample, estimate) in samples.iter().zip(estimates) {
+        write_sample(sample, to)?;
+        write_estimate(estimate, to)?;
+    }
+    Ok(())
+}
+
+/// The columns of a recording.
+fn write_sample(sample: &RecordedSample, to: &mut dyn Write) -> io::Result<()> {
+    write_time(sample.imu.timestamp, to)?;
+    for Vec3 { x, y, z } in [sample.imu.specific_force.0, sample.imu.angular_rate.0] {
+        write!(to, ",{x},{y},{z}")?;
+    }
+    match sample.load {
+        Some(Load(force)) => write!(to, ",{force}")?,
+        None => write!(to, ",")?,
+    }
+    to.write_all(match sample.label {
+        Some(Label::Stable) => b",1",
+        Some(Label::NotStable) => b",0",
+        None => b",",
+    })
+}
+
+fn write_time(timestamp: Timestamp, to: &mut dyn Write) -> io::Result<()> {
+    let micros = timestamp.as_micros();
+    write!(to, "{}.{:06}", micros / 1_000_000, micros % 1_000_000)
+}
+
+/// Everything in a row but the time.
+fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
+    let p = estimate.probabilities;
+    let Quaternion { w, x, y, z } = estimate.orientation;
+    let numbers = [p.stable, p.tangential, p.vertical]
+        .into_iter()
+        .chain(p.axes.to_array())
+        .chain([w, x, y, z])
+        .chain(components(estimate.linear_acceleration.0))
+        .chain(components(estimate.gyro_bias.0));
+    for number in numbers {
+        // The shortest decimals that read back as the same f32.
+        write!(to, ",{number}")?;
+    }
+    let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();
+    writeln!(to, ",{},{}", estimate.phase.name(), flags.join("|"))
+}
+
+fn components(Vec3 { x, y, z }: Vec3) -> [f32; 3] {
+    [x, y, z]
+}
+
+/// Writes a file so that it appears under its name when it is complete, and not at all where
+/// something fails.
+///
+/// # Errors
+/// The directory is missing, or the file cannot be written.
+pub fn write_file(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let file = path.display().to_string();
+    if let Some(directory) = directory_of(path).filter(|directory| !directory.is_dir()) {
+        return Err(OutputError::NoDirectory {
+            file,
+            directory: directory.display().to_string(),
+        });
+    }
+    written(path, content).map_err(|source| OutputError::Unwritable { file, source })
+}
+
+fn directory_of(path: &Path) -> Option<&Path> {
+    path.parent()
+        .filter(|parent| !parent.as_os_str().is_empty())
+}
+
+fn written(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    if path.exists() && !path.is_file() {
+        // A pipe or a terminal cannot be replaced by a file, and must not be.
+        return filled(File::options().write(true).open(path)?, content);
+    }
+    // Where the name is a link, what it points to is replaced, not the link.
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let unfinished = unfinished(&path);
+    let result = File::create(&unfinished)
+        .and_then(|file| filled(file, content))
+        .and_then(|()| fs::rename(&unfinished, &path));
+    if result.is_err() {
+        // The first error counts; that nothing could be tidied up adds nothing to it.
+        let _ = fs::remove_file(&unfinished);
+    }
+    result
+}
+
+fn filled(file: File, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut buffer = BufWriter::new(file);
+    content(&mut buffer)?;
+    buffer.flush()
+}
+
+/// The name of a file that is being written, next to where it belongs.
+fn unfinished(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::{Flags, Gravity, ImuSample, Phase, Probabilities, SpecificForce};
+
+    use crate::input::{self, Format, Hints};
+
+    fn table(estimate: ContactEstimate) -> String {
+        let mut bytes = Vec::new();
+        write_estimates(&[estimate], &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    fn cells(estimate: ContactEstimate) -> Vec<String> {
+        let table = table(estimate);
+        let row = table.lines().nth(1).unwrap();
+        row.split(',').map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn a_row_has_a_cell_for_every_name_in_the_header() {
+        assert_eq!(
+            cells(ContactEstimate::default()).len(),
+            HEADER.split(',').count()
+        );
+    }
+
+    #[test]
+    fn time_is_in_seconds_with_six_decimals() {
+        let estimate = ContactEstimate {
+            timestamp: Timestamp::from_micros(12_000_345),
+            ..ContactEstimate::default()
+        };
+        assert_eq!(cells(estimate)[0], "12.000345");
+    }
+
+    #[test]
+    fn numbers_read_back_as_the_same_bits() {
+        for number in [1.0 / 3.0, f32::MIN_POSITIVE, 1.0e-45, 0.999_999_94, 0.0] {
+            let estimate = ContactEstimate {
+                probabilities: Probabilities {
+                    stable: number,
+                    ..Probabilities::default()
+                },
+                ..ContactEstimate::default()
+            };
+            let read: f32 = cells(estimate)[1].parse().unwrap();
+            assert_eq!(read.to_bits(), number.to_bits());
+        }
+    }
+
+    #[test]
+    fn state_and_flags_are_names() {
+        let estimate = ContactEstimate {
+            phase: Phase::QuietSwing,
+            flags: Flags::NONE.with(Flag::TimeGap).with(Flag::Saturated),
+            ..ContactEstimate::default()
+        };
+        assert_eq!(cells(estimate)[20..], ["quiet_swing", "saturated|time_gap"]);
+    }
+
+    #[test]
+    fn a_table_of_samples_reads_back_as_the_recording() {
+        let samples = [(0, None, None), (1, Some(Load(0.1)), Some(Label::Stable))];
+        let samples = samples.map(|(k, load, label)| RecordedSample {
+            imu: ImuSample {
+                timestamp: Timestamp::from_micros(k * 1000),
+                specific_force: SpecificForce(Vec3::new(1.0 / 3.0, -0.1, 9.81)),
+                ..ImuSample::default()
+            },
+            load,
+            label,
+        });
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("walk.csv");
+        let estimates = [ContactEstimate::default(); 2];
+        write_file(&path, |to| write_samples(&samples, &estimates, to)).unwrap();
+        let recording = input::read(&path, Format::Csv, &Hints::default())
+            .unwrap()
+            .recording;
+        assert_eq!(recording.samples, samples);
+        assert_eq!(recording.gravity, Gravity::Included);
+    }
+
+    #[test]
+    fn a_failure_halfway_leaves_what_was_there_before() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("out.csv");
+        fs::write(&path, "before").unwrap();
+        let result = write_file(&path, |to| {
+            to.write_all(b"half")?;
+            Err(io::Error::other("disk full"))
+        });
+        assert!(result.is_err());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "before");
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_missing_directory_is_named() {
+        let error = write_file(Path::new("no/such/place/out.csv"), |_| Ok(())).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "no/such/place/out.csv cannot be written: there is no directory no/such/place"
+        );
+    }
+}

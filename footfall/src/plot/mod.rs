@@ -1,0 +1,448 @@
+//! The paper's figure as an SVG: load on top, then tangential and vertical probability, then
+//! the total with the labels, over one time axis.
+//!
+//! The state that the estimator sees is shaded: swing light grey, slip purple. Colours are those
+//! of Okabe and Ito, which colour-blind readers can tell apart. The file's size depends on the
+//! picture's width and not on the recording's length: every pixel column keeps its first, lowest,
+//! highest and last value, so no peak is lost.
+
+mod decimate;
+
+use std::io;
+use std::ops::Range;
+
+use estimator_core::{ContactEstimate, Phase};
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use crate::recording::{Label, RecordedSample, Recording};
+use decimate::{Trace, polylines, stretches};
+
+/// Width of the picture in its own units; a viewer may scale it.
+const WIDTH: u32 = 1600;
+const TITLE_HEIGHT: u32 = 56;
+const LEGEND_HEIGHT: u32 = 48;
+const PANEL_HEIGHT: u32 = 210;
+/// Room for the numbers and the title of the time axis, under the last panel only.
+const TIME_AXIS_HEIGHT: u32 = 66;
+const BOTTOM_MARGIN: u32 = 12;
+const LEFT_MARGIN: u32 = 16;
+const VALUE_AXIS_WIDTH: u32 = 104;
+const RIGHT_MARGIN: u32 = 40;
+/// Between panels, half above and half below.
+const PANEL_GAP: u32 = 18;
+
+/// Named by family only: whoever shows the picture picks the font.
+const FONT: &str = "sans-serif";
+const TITLE_SIZE: u32 = 32;
+const TEXT_SIZE: u32 = 24;
+const NUMBER_SIZE: u32 = 22;
+
+const LOAD_COLOUR: RGBColor = RGBColor(64, 64, 64);
+const TANGENTIAL_COLOUR: RGBColor = RGBColor(0, 114, 178);
+const VERTICAL_COLOUR: RGBColor = RGBColor(213, 94, 0);
+const TOTAL_COLOUR: RGBColor = RGBColor(0, 158, 115);
+const LABEL_COLOUR: RGBColor = BLACK;
+const SWING_SHADE: RGBColor = RGBColor(230, 230, 230);
+const SLIP_SHADE: RGBColor = RGBColor(221, 189, 232);
+/// Where the labels are, over the total probability, as values on its axis.
+const TRACK: Range<f64> = 1.1..1.22;
+const GRID_COLOUR: RGBColor = RGBColor(205, 205, 205);
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Draws a recording with its estimates, one per sample. Load and labels are drawn where they
+/// exist.
+///
+/// # Errors
+/// What the drawing library reports; writing to memory gives it no reason to.
+pub fn svg(recording: &Recording, estimates: &[ContactEstimate]) -> io::Result<String> {
+    let mut text = String::new();
+    draw(&mut text, recording, estimates).map_err(io::Error::other)?;
+    Ok(text)
+}
+
+/// One line in a panel.
+struct Line {
+    name: &'static str,
+    colour: RGBColor,
+    width: u32,
+    trace: Trace,
+}
+
+/// One panel: its axis and what is drawn in it.
+struct Panel {
+    axis_title: String,
+    range: Range<f64>,
+    lines: Vec<Line>,
+}
+
+/// Stretches of time in which something is so.
+struct Stretches {
+    name: &'static str,
+    colour: RGBColor,
+    times: Vec<Range<f64>>,
+}
+
+impl Stretches {
+    /// As blocks between two values.
+    fn blocks(&self, between: Range<f64>) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
+        let style = self.colour.filled();
+        self.times.iter().map(move |time| {
+            Rectangle::new(
+                [(time.start, between.start), (time.end, between.end)],
+                style,
+            )
+        })
+    }
+}
+
+fn draw(
+    text: &mut String,
+    recording: &Recording,
+    estimates: &[ContactEstimate],
+) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    let time = time_span(recording);
+    let mut panels = panels(recording, estimates, &time);
+    let shades = shades(recording, estimates, &time);
+    let labels = label_track(recording, &time);
+    if let (Some(_), Some(total)) = (&labels, panels.last_mut()) {
+        total.range.end = TRACK.end + 0.06;
+    }
+    let panels_height = panels.len() as u32 * PANEL_HEIGHT + TIME_AXIS_HEIGHT + BOTTOM_MARGIN;
+    let height = TITLE_HEIGHT + LEGEND_HEIGHT + panels_height;
+
+    let root = SVGBackend::with_string(text, (WIDTH, height)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (title, rest) = root.split_vertically(TITLE_HEIGHT);
+    let centred = text_style(TITLE_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
+    title.draw_text(&recording.name, &centred, (plot_middle(), 32))?;
+    let (legend, mut rest) = rest.split_vertically(LEGEND_HEIGHT);
+    draw_legend(&legend, &panels, labels.iter().chain(&shades))?;
+    let last = panels.len() - 1;
+    for (k, panel) in panels.iter().enumerate() {
+        // The last panel is that of the total probability, which the labels belong to.
+        let (panel_height, track, time_axis) = if k == last {
+            let height = PANEL_HEIGHT + TIME_AXIS_HEIGHT;
+            (height, labels.as_ref(), TimeAxis::Labelled)
+        } else {
+            (PANEL_HEIGHT, None, TimeAxis::Bare)
+        };
+        let (area, below) = rest.split_vertically(panel_height);
+        draw_panel(&area, panel, &shades, track, &time, time_axis)?;
+        rest = below;
+    }
+    root.present()?;
+    Ok(())
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum TimeAxis {
+    Bare,
+    Labelled,
+}
+
+/// Width of the data area, in pixels.
+const fn plot_width() -> u32 {
+    WIDTH - LEFT_MARGIN - VALUE_AXIS_WIDTH - RIGHT_MARGIN
+}
+
+const fn plot_left() -> i32 {
+    (LEFT_MARGIN + VALUE_AXIS_WIDTH) as i32
+}
+
+const fn plot_middle() -> i32 {
+    plot_left() + plot_width() as i32 / 2
+}
+
+fn text_style(size: u32) -> TextStyle<'static> {
+    (FONT, size).into_font().color(&BLACK)
+}
+
+fn time_span(recording: &Recording) -> Range<f64> {
+    let start = recording
+        .samples
+        .first()
+        .map_or(0.0, RecordedSample::time_s);
+    // A single sample still needs an axis.
+    let period = 1.0 / f64::from(recording.sample_rate);
+    start..start + recording.duration_s().max(period)
+}
+
+fn panels(recording: &Recording, estimates: &[ContactEstimate], time: &Range<f64>) -> Vec<Panel> {
+    let times = || recording.samples.iter().map(RecordedSample::time_s);
+    let probability = |pick: fn(&ContactEstimate) -> f32| {
+        let values = estimates.iter().map(|e| Some(f64::from(pick(e))));
+        polylines(times().zip(values), time, plot_width())
+    };
+    let line = |name, colour, width, trace| Line {
+        name,
+        colour,
+        width,
+        trace,
+    };
+    let of_probability = |axis_title: &str, lines| Panel {
+        axis_title: axis_title.to_owned(),
+        range: -0.04..1.04,
+        lines,
+    };
+
+    let mut panels = Vec::new();
+    let loads = || {
+        let load = |load: estimator_core::Load| f64::from(load.0);
+        recording.samples.iter().map(move |s| s.load.map(load))
+    };
+    if let Some(range) = padded_range(loads().flatten()) {
+        let trace = polylines(times().zip(loads()), time, plot_width());
+        panels.push(Panel {
+            axis_title: recording.load_title.clone(),
+            range,
+            lines: vec![line("load", LOAD_COLOUR, 2, trace)],
+        });
+    }
+    let tangential = probability(|e| e.probabilities.tangential);
+    panels.push(of_probability(
+        "P tangential",
+        vec![line("tangential", TANGENTIAL_COLOUR, 2, tangential)],
+    ));
+    let vertical = probability(|e| e.probabilities.vertical);
+    panels.push(of_probability(
+        "P vertical",
+        vec![line("vertical", VERTICAL_COLOUR, 2, vertical)],
+    ));
+    let total = probability(|e| e.probabilities.stable);
+    panels.push(of_probability(
+        "P stable",
+        vec![line("stable contact", TOTAL_COLOUR, 2, total)],
+    ));
+    panels
+}
+
+/// When the label says stable; `None` where there are no labels.
+fn label_track(recording: &Recording, time: &Range<f64>) -> Option<Stretches> {
+    let samples = recording.samples.iter();
+    let stable = samples.map(|s| (s.time_s(), s.label == Some(Label::Stable)));
+    recording
+        .samples
+        .iter()
+        .any(|s| s.label.is_some())
+        .then(|| Stretches {
+            name: "label: stable",
+            colour: LABEL_COLOUR,
+            times: stretches(stable, time, plot_width()),
+        })
+}
+
+/// The range of values with a little room around it; `None` where there is no value.
+fn padded_range(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
+    let padding = if high > low { 0.06 * (high - low) } else { 1.0 };
+    (low <= high).then_some(low - padding..high + padding)
+}
+
+/// The states that are shaded, as far as they occur.
+fn shades(
+    recording: &Recording,
+    estimates: &[ContactEstimate],
+    time: &Range<f64>,
+) -> Vec<Stretches> {
+    let times = || recording.samples.iter().map(RecordedSample::time_s);
+    let shade = |name, colour, shaded: fn(Phase) -> bool| {
+        let inside = estimates.iter().map(|e| shaded(e.phase));
+        Stretches {
+            name,
+            colour,
+            times: stretches(times().zip(inside), time, plot_width()),
+        }
+    };
+    // Slip last: where both fall on one pixel, it must not be hidden.
+    [
+        shade("state: swing", SWING_SHADE, |phase| {
+            matches!(phase, Phase::Swing | Phase::QuietSwing)
+        }),
+        shade("state: slip", SLIP_SHADE, |phase| phase == Phase::Slip),
+    ]
+    .into_iter()
+    .filter(|shade| !shade.times.is_empty())
+    .collect()
+}
+
+/// A strip of its own, so that the legend never covers data.
+fn draw_legend<'a>(
+    area: &Area<'_>,
+    panels: &[Panel],
+    stretches: impl Iterator<Item = &'a Stretches>,
+) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    const SWATCH: i32 = 44;
+    const SPACE: i32 = 10;
+    /// About the width of a character, as no font is at hand to measure it.
+    const CHARACTER: i32 = 12;
+    let style = text_style(TEXT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
+    let middle = LEGEND_HEIGHT as i32 / 2;
+    let mut x = plot_left();
+    let name_at = |x: &mut i32, name: &str| {
+        *x += SWATCH + SPACE;
+        let drawn = area.draw_text(name, &style, (*x, middle));
+        *x += name.chars().count() as i32 * CHARACTER + 3 * SPACE;
+        drawn
+    };
+    for line in panels.iter().flat_map(|panel| &panel.lines) {
+        let stroke = line.colour.stroke_width(line.width + 2);
+        area.draw(&PathElement::new(
+            [(x, middle), (x + SWATCH, middle)],
+            stroke,
+        ))?;
+        name_at(&mut x, line.name)?;
+    }
+    for shown in stretches {
+        let corners = [(x, middle - 12), (x + SWATCH, middle + 12)];
+        area.draw(&Rectangle::new(corners, shown.colour.filled()))?;
+        name_at(&mut x, shown.name)?;
+    }
+    Ok(())
+}
+
+fn draw_panel(
+    area: &Area<'_>,
+    panel: &Panel,
+    shades: &[Stretches],
+    track: Option<&Stretches>,
+    time: &Range<f64>,
+    time_axis: TimeAxis,
+) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    let time_axis_height = match time_axis {
+        TimeAxis::Labelled => TIME_AXIS_HEIGHT,
+        TimeAxis::Bare => 0,
+    };
+    let mut chart: ChartContext<'_, _, Cartesian2d<RangedCoordf64, RangedCoordf64>> =
+        ChartBuilder::on(area)
+            .margin_left(LEFT_MARGIN)
+            .margin_right(RIGHT_MARGIN)
+            .margin_top(PANEL_GAP / 2)
+            .margin_bottom(PANEL_GAP / 2)
+            .set_label_area_size(LabelAreaPosition::Left, VALUE_AXIS_WIDTH)
+            .set_label_area_size(LabelAreaPosition::Bottom, time_axis_height)
+            .build_cartesian_2d(time.clone(), panel.range.clone())?;
+    for shade in shades {
+        chart.draw_series(shade.blocks(panel.range.clone()))?;
+    }
+    let mut mesh = chart.configure_mesh();
+    mesh.y_desc(&panel.axis_title)
+        .y_labels(5)
+        .x_labels(12)
+        .y_label_formatter(&tick)
+        .x_label_formatter(&tick)
+        .axis_style(BLACK)
+        .bold_line_style(GRID_COLOUR)
+        .light_line_style(TRANSPARENT)
+        .label_style(text_style(NUMBER_SIZE))
+        .axis_desc_style(text_style(TEXT_SIZE));
+    if time_axis == TimeAxis::Labelled {
+        mesh.x_desc("time (s)");
+    }
+    mesh.draw()?;
+    if let Some(track) = track {
+        chart.draw_series(track.blocks(TRACK))?;
+    }
+    for line in &panel.lines {
+        let style = line.colour.stroke_width(line.width);
+        let paths = line.trace.iter();
+        chart.draw_series(paths.map(|path| PathElement::new(path.clone(), style)))?;
+    }
+    Ok(())
+}
+
+/// A number on an axis, without the decimals it does not need.
+fn tick(value: &f64) -> String {
+    // Ticks are multiples of some power of ten, but for rounding.
+    let rounded = (value * 1.0e6).round() / 1.0e6;
+    // Not "-0".
+    (rounded + 0.0).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::{Gravity, ImuSample, Load, Probabilities, Timestamp};
+
+    fn picture(samples: u64, load: Option<Load>, label: Option<Label>) -> String {
+        let samples: Vec<_> = (0..samples)
+            .map(|k| RecordedSample {
+                imu: ImuSample {
+                    timestamp: Timestamp::from_micros(k * 1000),
+                    ..ImuSample::default()
+                },
+                load,
+                label,
+            })
+            .collect();
+        let phases = [Phase::Stance, Phase::Slip, Phase::Swing];
+        let estimates: Vec<_> = (0..samples.len())
+            .map(|k| ContactEstimate {
+                phase: match load {
+                    Some(_) => phases[k / 7 % 3],
+                    None => Phase::Unknown,
+                },
+                probabilities: Probabilities {
+                    stable: (k % 17) as f32 / 16.0,
+                    ..Probabilities::default()
+                },
+                ..ContactEstimate::default()
+            })
+            .collect();
+        let recording = Recording {
+            name: "busy walk".to_owned(),
+            sample_rate: 1000.0,
+            gravity: Gravity::Removed,
+            load_title: "vertical force (N)".to_owned(),
+            samples,
+        };
+        svg(&recording, &estimates).unwrap()
+    }
+
+    #[test]
+    fn axes_and_legend_say_what_is_drawn() {
+        let svg = picture(1000, Some(Load(5.0)), Some(Label::Stable));
+        for text in [
+            "busy walk",
+            "vertical force (N)",
+            "P tangential",
+            "P vertical",
+            "P stable",
+            "time (s)",
+            "label: stable",
+            "state: swing",
+            "state: slip",
+        ] {
+            assert!(svg.contains(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_was_not_recorded_is_not_drawn() {
+        let svg = picture(1000, None, None);
+        for text in ["force", "label:", "state:"] {
+            assert!(!svg.contains(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_single_sample_makes_a_picture() {
+        assert!(picture(1, Some(Load(0.0)), None).contains("</svg>"));
+    }
+
+    #[test]
+    fn the_size_stays_below_a_megabyte_however_long_and_busy_the_recording_is() {
+        let svg = picture(300_000, Some(Load(5.0)), Some(Label::Stable));
+        assert!(svg.len() < 1_000_000, "{} bytes", svg.len());
+    }
+
+    #[test]
+    fn the_same_recording_gives_the_same_picture() {
+        assert!(picture(500, None, None) == picture(500, None, None));
+    }
+}

@@ -1,0 +1,74 @@
+//! A recording through the estimator.
+
+use estimator_core::{ContactEstimate, ContactEstimator, Params, ParamsError};
+
+use crate::progress;
+use crate::recording::Recording;
+
+/// The longest window that a replay can have, in samples: four seconds at 1 kHz, far more than
+/// contact needs, for comparisons. The estimator then takes about 100 KB.
+pub const CAPACITY: usize = 4096;
+
+/// Runs the estimator over every sample of a recording: one estimate per sample, in their order.
+///
+/// Sample rate and gravity are the recording's, whatever `params` says about them.
+///
+/// # Errors
+/// A parameter out of its range; the window may have up to [`CAPACITY`] samples.
+pub fn replay(recording: &Recording, params: &Params) -> Result<Vec<ContactEstimate>, ParamsError> {
+    let params = Params {
+        sample_rate: recording.sample_rate,
+        gravity: recording.gravity,
+        ..*params
+    };
+    let mut estimator = Box::new(ContactEstimator::<CAPACITY>::new(&params.validate()?));
+    let bar = progress::over_samples("estimating", recording.samples.len());
+    Ok(bar
+        .wrap_iter(recording.samples.iter())
+        .map(|sample| estimator.update(&sample.imu, sample.load))
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::RecordedSample;
+    use estimator_core::{Flag, Gravity, ImuSample, Timestamp};
+
+    fn still_foot(sample_rate: f32) -> Recording {
+        let period_us = (1.0e6 / sample_rate) as u64;
+        Recording {
+            name: "still".to_owned(),
+            sample_rate,
+            gravity: Gravity::Removed,
+            load_title: String::new(),
+            samples: (0..100)
+                .map(|k| RecordedSample {
+                    imu: ImuSample {
+                        timestamp: Timestamp::from_micros(k * period_us),
+                        ..ImuSample::default()
+                    },
+                    load: None,
+                    label: None,
+                })
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn every_sample_gets_its_estimate() {
+        let recording = still_foot(500.0);
+        let estimates = replay(&recording, &Params::DEFAULT).unwrap();
+        let times = estimates.iter().map(|e| e.timestamp);
+        assert!(times.eq(recording.samples.iter().map(|s| s.imu.timestamp)));
+    }
+
+    #[test]
+    fn the_rate_is_the_recordings_so_the_window_keeps_its_duration() {
+        let estimates = replay(&still_foot(200.0), &Params::DEFAULT).unwrap();
+        let full = estimates
+            .iter()
+            .position(|e| !e.flags.contains(Flag::WindowNotFull));
+        assert_eq!(full, Some(9), "50 ms at 200 Hz are 10 samples");
+    }
+}

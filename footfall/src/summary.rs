@@ -1,0 +1,200 @@
+//! What a replay comes to, for a person or as JSON.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use estimator_core::{ContactEstimate, Flag, Phase};
+use serde::Serialize;
+
+use crate::metrics::{Latency, Metrics, Scored};
+use crate::recording::Recording;
+
+/// The figures of one replay. `Display` is the summary for the terminal.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// The recording's name.
+    pub recording: String,
+    /// Number of samples.
+    pub samples: usize,
+    /// Time from the first sample to the last, s.
+    pub duration_s: f64,
+    /// Sample rate, Hz.
+    pub sample_rate_hz: f32,
+    /// Share of the samples in each state, by [`Phase::name`], in [0, 1].
+    pub state_shares: BTreeMap<&'static str, f64>,
+    /// Samples on which each flag was raised, by [`Flag::name`]; flags that never were are absent.
+    pub flag_counts: BTreeMap<&'static str, usize>,
+    /// Figures against the labels, where there are any.
+    pub metrics: Option<Metrics>,
+}
+
+impl Summary {
+    /// Sums up a recording and its estimates, one per sample.
+    #[must_use]
+    pub fn of(recording: &Recording, estimates: &[ContactEstimate]) -> Self {
+        let share = |phase: Phase| {
+            let count = estimates.iter().filter(|e| e.phase == phase).count();
+            (phase.name(), count as f64 / estimates.len().max(1) as f64)
+        };
+        let count = |flag: Flag| {
+            let count = estimates.iter().filter(|e| e.flags.contains(flag)).count();
+            (count > 0).then_some((flag.name(), count))
+        };
+        Self {
+            recording: recording.name.clone(),
+            samples: recording.samples.len(),
+            duration_s: recording.duration_s(),
+            sample_rate_hz: recording.sample_rate,
+            state_shares: Phase::ALL.into_iter().map(share).collect(),
+            flag_counts: Flag::ALL.into_iter().filter_map(count).collect(),
+            metrics: Metrics::of(&Scored::collect(&recording.samples, estimates)),
+        }
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{}: {} samples, {:.3} s at {} Hz",
+            self.recording, self.samples, self.duration_s, self.sample_rate_hz
+        )?;
+        let shares: Vec<_> = Phase::ALL
+            .iter()
+            .filter_map(|phase| self.state_shares.get_key_value(phase.name()))
+            .filter(|(_, share)| **share > 0.0)
+            .map(|(name, share)| format!("{name} {:.1} %", 100.0 * share))
+            .collect();
+        write!(f, "state    {}", shares.join(", "))?;
+        if !self.flag_counts.is_empty() {
+            let counts: Vec<_> = self
+                .flag_counts
+                .iter()
+                .map(|(name, count)| format!("{name} {count}"))
+                .collect();
+            write!(f, "\nflags    {}", counts.join(", "))?;
+        }
+        if let Some(metrics) = &self.metrics {
+            write!(f, "\n{metrics}")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Metrics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let or_none = |value: Option<f64>, decimals: usize| match value {
+            Some(value) => format!("{value:.decimals$}"),
+            None => "none".to_owned(),
+        };
+        writeln!(
+            f,
+            "labels   RMSE {:.4}, Brier score {:.4}, ROC-AUC {}, F1 at 0.5 {}",
+            self.rmse,
+            self.brier_score,
+            or_none(self.roc_auc, 3),
+            or_none(self.f1_at_0_5, 3),
+        )?;
+        write!(
+            f,
+            "latency  to stable: {}; to not stable: {}",
+            self.latency_on, self.latency_off
+        )
+    }
+}
+
+impl fmt::Display for Latency {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            median_s,
+            followed,
+            missed,
+        } = self;
+        match (median_s, missed) {
+            (Some(median), _) => {
+                let milliseconds = 1.0e3 * median;
+                write!(
+                    f,
+                    "{milliseconds:.1} ms (median of {followed}, {missed} missed)"
+                )
+            }
+            (None, 0) => f.write_str("no transition"),
+            (None, _) => write!(f, "never answered ({missed} missed)"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Label, RecordedSample};
+    use estimator_core::{Flags, Gravity, ImuSample, Probabilities, Timestamp};
+
+    fn summary(labels: [Option<Label>; 4]) -> Summary {
+        let phases = [Phase::Swing, Phase::Stance, Phase::Stance, Phase::Slip];
+        let samples = (0..)
+            .zip(labels)
+            .map(|(k, label)| RecordedSample {
+                imu: ImuSample {
+                    timestamp: Timestamp::from_micros(k * 100_000),
+                    ..ImuSample::default()
+                },
+                load: None,
+                label,
+            })
+            .collect();
+        let recording = Recording {
+            name: "walk".to_owned(),
+            sample_rate: 10.0,
+            gravity: Gravity::Removed,
+            load_title: String::new(),
+            samples,
+        };
+        let estimates = phases.map(|phase| ContactEstimate {
+            phase,
+            flags: match phase {
+                Phase::Slip => Flags::NONE.with(Flag::Saturated),
+                _ => Flags::NONE,
+            },
+            probabilities: Probabilities {
+                stable: if phase == Phase::Stance { 1.0 } else { 0.0 },
+                ..Probabilities::default()
+            },
+            ..ContactEstimate::default()
+        });
+        Summary::of(&recording, &estimates)
+    }
+
+    #[test]
+    fn the_terminal_shows_what_there_is_and_nothing_else() {
+        assert_eq!(
+            summary([None; 4]).to_string(),
+            "walk: 4 samples, 0.300 s at 10 Hz\n\
+             state    stance 50.0 %, slip 25.0 %, swing 25.0 %\n\
+             flags    saturated 1"
+        );
+    }
+
+    #[test]
+    fn with_labels_it_shows_how_good_the_probability_is() {
+        use Label::{NotStable, Stable};
+        let text = summary([NotStable, Stable, Stable, NotStable].map(Some)).to_string();
+        assert!(
+            text.ends_with(
+                "labels   RMSE 0.0000, Brier score 0.0000, ROC-AUC 1.000, F1 at 0.5 1.000\n\
+                 latency  to stable: 0.0 ms (median of 1, 0 missed); \
+                 to not stable: no transition"
+            ),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn json_holds_the_same_figures() {
+        let json = serde_json::to_value(summary([None; 4])).unwrap();
+        assert_eq!(json["samples"], 4);
+        assert_eq!(json["state_shares"]["stance"], 0.5);
+        assert_eq!(json["flag_counts"]["saturated"], 1);
+        assert!(json["metrics"].is_null());
+    }
+}
