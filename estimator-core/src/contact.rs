@@ -92,11 +92,13 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         });
         let probabilities = match (motion, validity) {
             (Some((acceleration, rate)), Validity::Valid) => self.density.push(acceleration, rate),
+            _ if self.alignment() == Alignment::Searching => {
+                // Nothing is known about the motion yet: the window stays empty, P stays 0.
+                flags = flags.with(Flag::AttitudeNotInitialised);
+                self.density.probabilities()
+            }
             _ => self.density.push_doubt(),
         };
-        if self.alignment() == Alignment::Searching {
-            flags = flags.with(Flag::AttitudeNotInitialised);
-        }
         if self.density.filling() == Filling::Partial {
             flags = flags.with(Flag::WindowNotFull);
         }

@@ -5,8 +5,8 @@
 pub enum Flag {
     /// Fewer samples than the window's length have been seen: means are over those there are.
     WindowNotFull,
-    /// The attitude filter has not yet found up: gravity cannot be removed, and samples count
-    /// as mass 0.
+    /// The attitude filter has not yet found up: gravity cannot be removed, the window stays
+    /// empty and every probability 0.
     AttitudeNotInitialised,
     /// The newest sample is at the end of the sensor's range; it counts as mass 0.
     Saturated,

@@ -86,6 +86,26 @@ pub(crate) struct PhaseTracker {
     /// Since when the probability has contradicted the decision.
     contradicted_since: Option<Timestamp>,
     loading: Loading,
+    deliberation: Deliberation,
+}
+
+/// The flags that leave open whether the foot moves. The others say that it does, or that it may
+/// have: which is what "not stable" means.
+const MOTION_UNKNOWN: [Flag; 4] = [
+    Flag::WindowNotFull,
+    Flag::AttitudeNotInitialised,
+    Flag::Stale,
+    Flag::InvalidSample,
+];
+
+/// Whether the decision means something yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Deliberation {
+    /// Since the motion became known, the on-delay has neither passed nor been cut short: a
+    /// standing foot must not be taken for a slipping one meanwhile.
+    #[default]
+    Undecided,
+    Decided,
 }
 
 impl PhaseTracker {
@@ -95,6 +115,7 @@ impl PhaseTracker {
             decision: Decision::NotStable,
             contradicted_since: None,
             loading: Loading::Unloaded,
+            deliberation: Deliberation::Undecided,
         }
     }
 
@@ -107,7 +128,7 @@ impl PhaseTracker {
         load: Option<Load>,
     ) -> (Decision, Phase) {
         self.decide(now, stable_probability, flags);
-        (self.decision, self.phase(flags, load))
+        (self.decision, self.phase(load))
     }
 
     fn decide(&mut self, now: Timestamp, stable_probability: f32, flags: Flags) {
@@ -115,6 +136,9 @@ impl PhaseTracker {
             // Doubt ends a stable decision at once, and the on-delay starts anew after it.
             self.decision = Decision::NotStable;
             self.contradicted_since = None;
+            if MOTION_UNKNOWN.into_iter().any(|flag| flags.contains(flag)) {
+                self.deliberation = Deliberation::Undecided;
+            }
             return;
         }
         let above = stable_probability > self.coefficients.threshold;
@@ -122,18 +146,20 @@ impl PhaseTracker {
             (Decision::NotStable, true) => (Decision::Stable, self.coefficients.on_delay_us),
             (Decision::Stable, false) => (Decision::NotStable, self.coefficients.off_delay_us),
             _ => {
+                self.deliberation = Deliberation::Decided;
                 self.contradicted_since = None;
                 return;
             }
         };
         let since = *self.contradicted_since.get_or_insert(now);
         if now.micros_since(since).unwrap_or(0) >= delay {
+            self.deliberation = Deliberation::Decided;
             self.decision = opposite;
             self.contradicted_since = None;
         }
     }
 
-    fn phase(&mut self, flags: Flags, load: Option<Load>) -> Phase {
+    fn phase(&mut self, load: Option<Load>) -> Phase {
         let Some(Load(load)) = load.filter(|load| load.0.is_finite()) else {
             return Phase::Unknown;
         };
@@ -142,15 +168,7 @@ impl PhaseTracker {
             Loading::Loaded if load < self.coefficients.load_off => Loading::Unloaded,
             unchanged => unchanged,
         };
-        // A saturated sample or a gap leaves no doubt that the foot is not known to rest;
-        // the others leave open whether it moves.
-        let motion_unknown = [
-            Flag::WindowNotFull,
-            Flag::AttitudeNotInitialised,
-            Flag::Stale,
-            Flag::InvalidSample,
-        ];
-        if motion_unknown.into_iter().any(|flag| flags.contains(flag)) {
+        if self.deliberation == Deliberation::Undecided {
             return Phase::Unknown;
         }
         match (self.loading, self.decision) {
@@ -267,6 +285,20 @@ mod tests {
         });
         use Phase::{Slip, Swing};
         assert_eq!(phases, [Swing, Slip, Slip, Slip, Swing, Swing]);
+    }
+
+    #[test]
+    fn a_standing_foot_is_not_taken_for_a_slipping_one_before_the_on_delay_has_passed() {
+        let mut tracker = tracker();
+        let phases: Vec<_> = (0..40)
+            .map(|ms| {
+                let now = Timestamp::from_micros(ms * 1000);
+                let load = Some(Load(100.0));
+                tracker.update(now, 0.9, Flags::NONE, load).1
+            })
+            .collect();
+        assert!(phases[..20].iter().all(|phase| *phase == Phase::Unknown));
+        assert!(phases[20..].iter().all(|phase| *phase == Phase::Stance));
     }
 
     #[test]

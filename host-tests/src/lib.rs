@@ -2,6 +2,8 @@
 //!
 //! The tests themselves are in `tests/`, one file a subject.
 
+pub mod attitude;
+pub mod committed;
 pub mod datasets;
 pub mod oracle;
 pub mod requirements;

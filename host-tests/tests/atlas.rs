@@ -1,0 +1,83 @@
+//! The authors' ATLAS recordings with the paper's parameters: every sample against the oracle,
+//! and the figures that the method is known by.
+
+use estimator_core::{ContactEstimate, Params};
+use footfall::input::{self, Format, Hints};
+use footfall::metrics::{Metrics, Scored};
+use footfall::recording::Recording;
+use footfall::replay::replay;
+use host_tests::datasets::recorded;
+use host_tests::oracle::Oracle;
+
+/// How far a probability may lie from the formula in f64.
+const PARITY: f64 = 5.0e-7;
+
+/// The files with the RMSE over the whole file, from the formula in double precision.
+const FILES: [(&str, f64); 3] = [
+    ("pce/ATLAS_01ground.csv", 0.2493),
+    ("pce/ATLAS_01ground_3steps.csv", 0.2566),
+    ("pce/ATLAS_01ground_003slip.csv", 0.3472),
+];
+const RMSE_TOLERANCE: f64 = 0.0005;
+
+/// A file with its estimates by the paper preset, or `None` where the file is absent.
+fn replayed(file: &str) -> Option<(Recording, Vec<ContactEstimate>)> {
+    let path = recorded(file)?;
+    let loaded = input::read(&path, Format::PceAtlas, &Hints::default()).expect("a readable file");
+    let estimates = replay(&loaded.recording, &Params::PAPER).expect("a preset");
+    Some((loaded.recording, estimates))
+}
+
+#[test]
+fn every_probability_is_the_one_the_formula_gives_in_double_precision() {
+    let oracle = Oracle {
+        bandwidth: Params::PAPER.bandwidth.to_array().map(f64::from),
+        half_width: Params::PAPER.half_width.to_array().map(f64::from),
+        window: 50,
+    };
+    for (file, _) in FILES {
+        let Some((recording, estimates)) = replayed(file) else {
+            continue;
+        };
+        let motion: Vec<[f64; 6]> = recording
+            .samples
+            .iter()
+            .map(|sample| {
+                let (a, w) = (sample.imu.specific_force.0, sample.imu.angular_rate.0);
+                [a.x, a.y, a.z, w.x, w.y, w.z].map(f64::from)
+            })
+            .collect();
+        assert_eq!(motion.len(), estimates.len());
+        for (k, estimate) in estimates.iter().enumerate() {
+            let expected = oracle.probabilities(&motion[..=k]);
+            let p = estimate.probabilities;
+            for (name, actual, expected) in [
+                ("stable", p.stable, expected.stable),
+                ("tangential", p.tangential, expected.tangential),
+                ("vertical", p.vertical, expected.vertical),
+            ] {
+                let error = (f64::from(actual) - expected).abs();
+                assert!(
+                    error <= PARITY,
+                    "{file}, sample {k}: {name} is off by {error:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_error_against_the_labels_is_the_one_the_method_is_known_by() {
+    for (file, rmse) in FILES {
+        let Some((recording, estimates)) = replayed(file) else {
+            continue;
+        };
+        let scored = Scored::collect(&recording.samples, &estimates);
+        let metrics = Metrics::of(&scored).expect("labels");
+        assert!(
+            (metrics.rmse - rmse).abs() <= RMSE_TOLERANCE,
+            "{file}: RMSE {} instead of {rmse}",
+            metrics.rmse
+        );
+    }
+}
