@@ -1,6 +1,7 @@
 //! Files that are generated and committed: checked to be current, or written anew.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
 /// Checks that the file at `path` holds just `expected`. With `FOOTFALL_UPDATE=1` in the
@@ -32,13 +33,32 @@ pub fn assert_current(path: &Path, expected: &str) {
     );
 }
 
+/// Checks that a block of the repository's README holds just `content`, as [`assert_current`]
+/// does with a whole file.
+///
+/// # Panics
+/// Where it does not, or where there is no such block.
+pub fn assert_readme_block(name: &str, content: &str) {
+    // Tests of one program run side by side: one at a time rewrites the file.
+    static REWRITING: Mutex<()> = Mutex::new(());
+    let _turn = REWRITING.lock().unwrap_or_else(PoisonError::into_inner);
+    let readme = workspace().join("README.md");
+    let text = fs::read_to_string(&readme).expect("the README can be read");
+    assert_current(&readme, &with_block(&text, name, content));
+}
+
+/// The root of the repository.
+#[must_use]
+pub fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
 /// Replaces what stands between the lines `<!-- begin NAME -->` and `<!-- end NAME -->` of a
 /// Markdown text.
 ///
 /// # Panics
 /// Where the text has no such block.
-#[must_use]
-pub fn with_block(text: &str, name: &str, content: &str) -> String {
+fn with_block(text: &str, name: &str, content: &str) -> String {
     let (begin, end) = (
         format!("<!-- begin {name} -->\n"),
         format!("<!-- end {name} -->"),

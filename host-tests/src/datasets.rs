@@ -6,8 +6,9 @@
 //! passes, or fails where [`unmet`] is told to leave nothing unchecked.
 
 use std::env;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use crate::committed::workspace;
 use crate::requirements::unmet;
 
 /// The path of a recorded file, such as `pce/ATLAS_01ground.csv`, or `None` where it is absent.
@@ -16,10 +17,8 @@ use crate::requirements::unmet;
 /// Where the file is absent and nothing may be left unchecked.
 #[must_use]
 pub fn recorded(file: &str) -> Option<PathBuf> {
-    let folder = env::var_os("FOOTFALL_DATASETS").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/datasets"),
-        PathBuf::from,
-    );
+    let folder = env::var_os("FOOTFALL_DATASETS")
+        .map_or_else(|| workspace().join("../shared/datasets"), PathBuf::from);
     let path = folder.join(file);
     if path.is_file() {
         return Some(path);
@@ -45,7 +44,5 @@ fn how_to_get(file: &str) -> &'static str {
 /// The path of a recording that the simulator made and the repository holds.
 #[must_use]
 pub fn simulated(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("recordings")
-        .join(file)
+    workspace().join("host-tests/recordings").join(file)
 }

@@ -6,6 +6,7 @@ use footfall::input::{self, Format, Hints};
 use footfall::metrics::{Metrics, Scored};
 use footfall::recording::Recording;
 use footfall::replay::replay;
+use host_tests::committed::assert_readme_block;
 use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
 
@@ -28,41 +29,47 @@ fn replayed(file: &str) -> Option<(Recording, Vec<ContactEstimate>)> {
     Some((loaded.recording, estimates))
 }
 
-#[test]
-fn every_probability_is_the_one_the_formula_gives_in_double_precision() {
+/// The largest difference from the formula in double precision, at any sample.
+fn worst_parity(recording: &Recording, estimates: &[ContactEstimate]) -> f64 {
     let oracle = Oracle {
         bandwidth: Params::PAPER.bandwidth.to_array().map(f64::from),
         half_width: Params::PAPER.half_width.to_array().map(f64::from),
         window: 50,
     };
+    let motion: Vec<[f64; 6]> = recording
+        .samples
+        .iter()
+        .map(|sample| {
+            let (a, w) = (sample.imu.specific_force.0, sample.imu.angular_rate.0);
+            [a.x, a.y, a.z, w.x, w.y, w.z].map(f64::from)
+        })
+        .collect();
+    assert_eq!(motion.len(), estimates.len());
+    let errors = estimates.iter().enumerate().flat_map(|(k, estimate)| {
+        let expected = oracle.probabilities(&motion[..=k]);
+        let p = estimate.probabilities;
+        [
+            (p.stable, expected.stable),
+            (p.tangential, expected.tangential),
+            (p.vertical, expected.vertical),
+        ]
+        .map(|(actual, expected)| (f64::from(actual) - expected).abs())
+    });
+    errors.fold(0.0, f64::max)
+}
+
+fn metrics(recording: &Recording, estimates: &[ContactEstimate]) -> Metrics {
+    Metrics::of(&Scored::collect(&recording.samples, estimates)).expect("labels")
+}
+
+#[test]
+fn every_probability_is_the_one_the_formula_gives_in_double_precision() {
     for (file, _) in FILES {
         let Some((recording, estimates)) = replayed(file) else {
             continue;
         };
-        let motion: Vec<[f64; 6]> = recording
-            .samples
-            .iter()
-            .map(|sample| {
-                let (a, w) = (sample.imu.specific_force.0, sample.imu.angular_rate.0);
-                [a.x, a.y, a.z, w.x, w.y, w.z].map(f64::from)
-            })
-            .collect();
-        assert_eq!(motion.len(), estimates.len());
-        for (k, estimate) in estimates.iter().enumerate() {
-            let expected = oracle.probabilities(&motion[..=k]);
-            let p = estimate.probabilities;
-            for (name, actual, expected) in [
-                ("stable", p.stable, expected.stable),
-                ("tangential", p.tangential, expected.tangential),
-                ("vertical", p.vertical, expected.vertical),
-            ] {
-                let error = (f64::from(actual) - expected).abs();
-                assert!(
-                    error <= PARITY,
-                    "{file}, sample {k}: {name} is off by {error:e}"
-                );
-            }
-        }
+        let worst = worst_parity(&recording, &estimates);
+        assert!(worst <= PARITY, "{file}: off by {worst:e}");
     }
 }
 
@@ -72,12 +79,36 @@ fn the_error_against_the_labels_is_the_one_the_method_is_known_by() {
         let Some((recording, estimates)) = replayed(file) else {
             continue;
         };
-        let scored = Scored::collect(&recording.samples, &estimates);
-        let metrics = Metrics::of(&scored).expect("labels");
+        let actual = metrics(&recording, &estimates).rmse;
         assert!(
-            (metrics.rmse - rmse).abs() <= RMSE_TOLERANCE,
-            "{file}: RMSE {} instead of {rmse}",
-            metrics.rmse
+            (actual - rmse).abs() <= RMSE_TOLERANCE,
+            "{file}: RMSE {actual} instead of {rmse}"
         );
     }
+}
+
+#[test]
+fn the_readme_states_what_the_recordings_give() {
+    let mut table = String::from(
+        "| recording | RMSE | ROC-AUC | F1 at 0.5 | off the formula by |\n|---|---|---|---|---|\n",
+    );
+    for (file, _) in FILES {
+        let Some((recording, estimates)) = replayed(file) else {
+            return;
+        };
+        let Metrics {
+            rmse,
+            roc_auc,
+            f1_at_0_5,
+            ..
+        } = metrics(&recording, &estimates);
+        table += &format!(
+            "| {} | {rmse:.4} | {:.3} | {:.3} | {:.1e} |\n",
+            recording.name,
+            roc_auc.expect("both labels"),
+            f1_at_0_5.expect("both labels"),
+            worst_parity(&recording, &estimates)
+        );
+    }
+    assert_readme_block("atlas", &table);
 }

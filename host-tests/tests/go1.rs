@@ -5,6 +5,7 @@ use estimator_core::{ContactEstimate, Load, Params};
 use footfall::input::{self, Format, Hints};
 use footfall::recording::RecordedSample;
 use footfall::replay::replay;
+use host_tests::committed::assert_readme_block;
 use host_tests::datasets::recorded;
 
 /// Shorter contacts are bounces, s.
@@ -89,4 +90,24 @@ fn every_stance_on_normal_ground_is_probable() {
         peaks.len() >= 5 && peaks.iter().all(|p| *p > 0.9),
         "{peaks:?}"
     );
+}
+
+#[test]
+fn the_readme_states_every_peak() {
+    let mut table = String::from("| recording | peak of P, step by step |\n|---|---|\n");
+    for (name, file) in [
+        (
+            "three greased steps, then none",
+            "pce/GO1_slippery_surface.csv",
+        ),
+        ("mattress", "pce/GO1_matress.csv"),
+        ("normal ground", "pce/GO1_normal_surface.csv"),
+    ] {
+        let Some(peaks) = stance_peaks(file) else {
+            return;
+        };
+        let peaks: Vec<String> = peaks.iter().map(|peak| format!("{peak:.2}")).collect();
+        table += &format!("| {name} | {} |\n", peaks.join(" · "));
+    }
+    assert_readme_block("go1", &table);
 }

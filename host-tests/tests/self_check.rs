@@ -1,11 +1,12 @@
 //! The target's bits against the host's: the self-check ELF runs on an emulated Cortex-M4F and
 //! must print the digests that the same code gives here.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use estimator_core::Params;
 use firmware::self_check;
+use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 
 /// QEMU's machine with an STM32F405; of its peripherals the self-check needs none.
@@ -57,8 +58,7 @@ fn digests_on_host() -> Vec<String> {
 
 /// Builds the release ELF for the target and returns its path.
 fn build_self_check() -> PathBuf {
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let target_dir = workspace.join("target");
+    let target_dir = workspace().join("target");
     let status = Command::new(env!("CARGO"))
         .args([
             "build",
@@ -70,7 +70,7 @@ fn build_self_check() -> PathBuf {
         ])
         .args(["--target", "thumbv7em-none-eabihf", "--target-dir"])
         .arg(&target_dir)
-        .current_dir(&workspace)
+        .current_dir(workspace())
         .status()
         .expect("cargo starts");
     assert!(
