@@ -1,9 +1,9 @@
 //! Which way is up: a complementary filter that lets gravity and gyro bias be taken out.
 //!
-//! The gyroscope carries the orientation from sample to sample ([`strapdown`]); the
+//! The gyroscope carries the orientation from sample to sample (`attitude::strapdown`); the
 //! accelerometer, low-passed in the almost inertial frame that this gives, pulls its inclination
-//! towards gravity ([`inclination`]); how much a sample may pull depends on how quiet the foot is
-//! ([`quietness`]); and the gyro's bias is learnt where the foot is at rest ([`crate::rest`]).
+//! towards gravity (`attitude::inclination`); how much a sample may pull depends on how quiet the foot is
+//! (`attitude::quietness`); and the gyro's bias is learnt where the foot is at rest ([`crate::rest`]).
 //! Heading is not observed: it starts at zero and drifts with the gyro.
 //!
 //! What matters on a foot, and what is done about it:
