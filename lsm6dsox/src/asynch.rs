@@ -1,0 +1,372 @@
+//! The driver over `embedded_hal_async::spi::SpiDevice`: where its logic is written.
+//!
+//! [`crate::Lsm6dsox`] is the same over the blocking traits. It runs these very functions on a
+//! bus whose every answer is there at once, so that nothing is written twice and no macro has to
+//! rewrite anything.
+
+use embedded_hal_async::delay::DelayNs;
+use embedded_hal_async::spi::{Operation, SpiDevice};
+
+use crate::config::{Config, Write};
+use crate::error::Error;
+use crate::fifo::{FifoBatch, FifoStatus, WordBytes};
+use crate::register::{self, Register, ctrl3_c, ctrl5_c};
+use crate::sample::{RawSample, SAMPLE_BYTES, Status};
+use crate::self_test::{self, SelfTest};
+use crate::timestamp::{FrequencyFine, SensorTimestamp};
+
+/// From power-up until the part answers, µs \[P example\].
+pub const BOOT_MICROS: u32 = 10_000;
+
+/// From the gyroscope's start until its samples can be used, µs \[D\].
+pub const TURN_ON_MICROS: u32 = 35_000;
+
+/// Between two looks at `SW_RESET`, µs.
+const RESET_POLL_MICROS: u32 = 100;
+
+/// Looks at `SW_RESET` before giving up; 10 ms in all.
+const RESET_POLLS: u32 = 100;
+
+/// Looks at `STATUS_REG`, 1 ms apart, before giving up on a sample of the self-test.
+const DATA_READY_POLLS: u32 = 100;
+
+/// An LSM6DSOX on SPI, mode 0 or 3, at most 10 MHz \[D\].
+#[derive(Debug)]
+pub struct Lsm6dsox<SPI> {
+    pub(crate) spi: SPI,
+    config: Config,
+}
+
+impl<SPI: SpiDevice> Lsm6dsox<SPI> {
+    /// A driver that has not touched the bus; [`init`](Self::init) comes next.
+    pub const fn new(spi: SPI, config: Config) -> Self {
+        Self { spi, config }
+    }
+
+    /// The configuration in use.
+    pub const fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Gives the bus back.
+    pub fn release(self) -> SPI {
+        self.spi
+    }
+
+    /// Brings the part from any state into the configuration: waits for its boot, checks its
+    /// identity, resets it, writes the configuration and reads it back, and waits until samples
+    /// can be used. May be called again at any time.
+    ///
+    /// # Errors
+    /// The first register that does not hold what it should.
+    pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
+        delay.delay_us(BOOT_MICROS).await;
+        self.check_identity().await?;
+        self.reset(delay).await?;
+        let config = self.config;
+        self.apply(&config).await?;
+        delay.delay_us(TURN_ON_MICROS).await;
+        Ok(())
+    }
+
+    /// Changes the configuration; [`init`](Self::init) with another one.
+    ///
+    /// # Errors
+    /// As [`init`](Self::init).
+    pub async fn reconfigure(
+        &mut self,
+        config: Config,
+        delay: &mut impl DelayNs,
+    ) -> Result<(), Error<SPI::Error>> {
+        self.config = config;
+        self.init(delay).await
+    }
+
+    /// Whether a part with the right identity answers.
+    ///
+    /// # Errors
+    /// [`Error::Identity`] with what was read instead.
+    pub async fn check_identity(&mut self) -> Result<(), Error<SPI::Error>> {
+        let read = self.read(register::WHO_AM_I).await?;
+        if read == register::WHO_AM_I.reset {
+            Ok(())
+        } else {
+            Err(Error::Identity { read })
+        }
+    }
+
+    /// Reads every register of the configuration back. A part that was reset behind the driver's
+    /// back, by a dip of its supply, shows here.
+    ///
+    /// # Errors
+    /// [`Error::ReadBack`] with the first register that differs.
+    pub async fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
+        let config = self.config;
+        self.verify_as(&config).await
+    }
+
+    /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.
+    ///
+    /// # Errors
+    /// [`Error::Status`] where what came back cannot be a sample.
+    pub async fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
+        let config = self.config;
+        self.sample_as(&config).await
+    }
+
+    /// Reads `STATUS_REG` alone.
+    ///
+    /// # Errors
+    /// [`Error::Status`] where what came back cannot be a status.
+    pub async fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
+        let register = register::STATUS_REG;
+        let read = self.read(register).await?;
+        Status::from_bits(read).ok_or(Error::Status { register, read })
+    }
+
+    /// Reads the part's 25 µs counter.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub async fn timestamp(&mut self) -> Result<SensorTimestamp, Error<SPI::Error>> {
+        let mut frame = [register::TIMESTAMP0.read_address(), 0, 0, 0, 0];
+        self.transfer(&mut frame).await?;
+        let [_, b0, b1, b2, b3] = frame;
+        Ok(SensorTimestamp(u32::from_le_bytes([b0, b1, b2, b3])))
+    }
+
+    /// Sets the part's 25 µs counter to zero.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub async fn reset_timestamp(&mut self) -> Result<(), Error<SPI::Error>> {
+        self.write(register::TIMESTAMP2, register::TIMESTAMP_RESET)
+            .await
+    }
+
+    /// Reads by how much the part's clock is off.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub async fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
+        let read = self.read(register::INTERNAL_FREQ_FINE).await?;
+        Ok(FrequencyFine(i8::from_le_bytes([read])))
+    }
+
+    /// Reads the FIFO's level and alarms. Reading clears the note of an overrun.
+    ///
+    /// # Errors
+    /// [`Error::Status`] where what came back cannot be a status.
+    pub async fn fifo_status(&mut self) -> Result<FifoStatus, Error<SPI::Error>> {
+        let mut frame = [register::FIFO_STATUS1.read_address(), 0, 0];
+        self.transfer(&mut frame).await?;
+        let [_, low, high] = frame;
+        FifoStatus::decode([low, high]).ok_or(Error::Status {
+            register: register::FIFO_STATUS2,
+            read: high,
+        })
+    }
+
+    /// Reads the FIFO's status and then, in one transfer, as many words as there are and as fit
+    /// into `buffer`.
+    ///
+    /// # Errors
+    /// [`Error::Status`] where what came back cannot be a status.
+    pub async fn read_fifo<'a>(
+        &'a mut self,
+        buffer: &'a mut [WordBytes],
+    ) -> Result<FifoBatch<'a>, Error<SPI::Error>> {
+        let status = self.fifo_status().await?;
+        let count = buffer.len().min(usize::from(status.level));
+        let bytes = buffer
+            .split_at_mut_checked(count)
+            .map_or(&mut [][..], |(b, _)| b);
+        if count > 0 {
+            let address = [register::FIFO_DATA_OUT_TAG.read_address()];
+            let mut operations = [
+                Operation::Write(&address),
+                Operation::Read(bytes.as_flattened_mut()),
+            ];
+            self.spi.transaction(&mut operations).await?;
+        }
+        Ok(FifoBatch {
+            status,
+            bytes,
+            config: &self.config,
+        })
+    }
+
+    /// Switches both sensors off. [`init`](Self::init) switches them on again.
+    ///
+    /// # Errors
+    /// [`Error::ReadBack`] with the data rate that did not take.
+    pub async fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
+        let off = |register| Write { register, value: 0 };
+        for write in [off(register::CTRL1_XL), off(register::CTRL2_G)] {
+            self.write(write.register, write.value).await?;
+            self.check(write).await?;
+        }
+        Ok(())
+    }
+
+    /// Runs ST's self-test, then [`init`](Self::init). The part must lie still for a second.
+    ///
+    /// # Errors
+    /// Those of the bus and the registers; a part that fails its limits is a result, not an error.
+    pub async fn self_test(
+        &mut self,
+        delay: &mut impl DelayNs,
+    ) -> Result<SelfTest, Error<SPI::Error>> {
+        let accel = ctrl5_c::ST_XL.place(self_test::ST_XL_NEGATIVE);
+        let gyro = ctrl5_c::ST_G.place(self_test::ST_G_POSITIVE);
+        self.check_identity().await?;
+        let (off, on) = self
+            .test_signal(&Config::ACCEL_SELF_TEST, accel, delay)
+            .await?;
+        let specific_force = self_test::changes(off.specific_force, on.specific_force);
+        let (off, on) = self
+            .test_signal(&Config::GYRO_SELF_TEST, gyro, delay)
+            .await?;
+        let angular_rate = self_test::changes(off.angular_rate, on.angular_rate);
+        self.init(delay).await?;
+        Ok(SelfTest {
+            specific_force,
+            angular_rate,
+        })
+    }
+
+    /// Means of samples without and with a test signal.
+    async fn test_signal(
+        &mut self,
+        config: &Config,
+        signal: u8,
+        delay: &mut impl DelayNs,
+    ) -> Result<(Mean, Mean), Error<SPI::Error>> {
+        self.reset(delay).await?;
+        self.apply(config).await?;
+        let off = self.settled_mean(config, delay).await?;
+        self.write(register::CTRL5_C, signal).await?;
+        let on = self.settled_mean(config, delay).await?;
+        self.write(register::CTRL5_C, 0).await?;
+        Ok((off, on))
+    }
+
+    async fn settled_mean(
+        &mut self,
+        config: &Config,
+        delay: &mut impl DelayNs,
+    ) -> Result<Mean, Error<SPI::Error>> {
+        delay.delay_ms(self_test::SETTLING_MILLIS).await;
+        self.next_sample(config, delay).await?;
+        let mut mean = Mean::default();
+        for _ in 0..self_test::SAMPLES {
+            mean.add(&self.next_sample(config, delay).await?);
+        }
+        Ok(mean)
+    }
+
+    async fn next_sample(
+        &mut self,
+        config: &Config,
+        delay: &mut impl DelayNs,
+    ) -> Result<RawSample, Error<SPI::Error>> {
+        let mut read = 0;
+        for _ in 0..DATA_READY_POLLS {
+            let sample = self.sample_as(config).await?;
+            if sample.status.accel_fresh() || sample.status.gyro_fresh() {
+                return Ok(sample);
+            }
+            read = sample.status.bits();
+            delay.delay_ms(1).await;
+        }
+        Err(Error::DataReadyTimeout { read })
+    }
+
+    async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
+        let written = register::CTRL3_C.reset | ctrl3_c::SW_RESET.flag(true);
+        self.write(register::CTRL3_C, written).await?;
+        let mut read = written;
+        for _ in 0..RESET_POLLS {
+            delay.delay_us(RESET_POLL_MICROS).await;
+            read = self.read(register::CTRL3_C).await?;
+            if !ctrl3_c::SW_RESET.is_set(read) {
+                return Ok(());
+            }
+        }
+        Err(Error::ResetTimeout { written, read })
+    }
+
+    async fn apply(&mut self, config: &Config) -> Result<(), Error<SPI::Error>> {
+        for Write { register, value } in config.writes() {
+            self.write(register, value).await?;
+        }
+        self.verify_as(config).await
+    }
+
+    async fn verify_as(&mut self, config: &Config) -> Result<(), Error<SPI::Error>> {
+        for write in config.writes() {
+            self.check(write).await?;
+        }
+        Ok(())
+    }
+
+    async fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
+        let read = self.read(write.register).await?;
+        if read == write.value {
+            Ok(())
+        } else {
+            Err(Error::ReadBack {
+                register: write.register,
+                written: write.value,
+                read,
+            })
+        }
+    }
+
+    async fn sample_as(&mut self, config: &Config) -> Result<RawSample, Error<SPI::Error>> {
+        const FRAME: usize = SAMPLE_BYTES + 1;
+        let mut frame = [0; FRAME];
+        let [address, ..] = &mut frame;
+        *address = register::STATUS_REG.read_address();
+        self.transfer(&mut frame).await?;
+        let [_, sample @ ..] = frame;
+        RawSample::decode(&sample, config).map_err(|read| Error::Status {
+            register: register::STATUS_REG,
+            read,
+        })
+    }
+
+    async fn read(&mut self, register: Register) -> Result<u8, Error<SPI::Error>> {
+        let mut frame = [register.read_address(), 0];
+        self.transfer(&mut frame).await?;
+        let [_, value] = frame;
+        Ok(value)
+    }
+
+    async fn write(&mut self, register: Register, value: u8) -> Result<(), Error<SPI::Error>> {
+        Ok(self.spi.write(&[register.address, value]).await?)
+    }
+
+    async fn transfer(&mut self, frame: &mut [u8]) -> Result<(), Error<SPI::Error>> {
+        Ok(self.spi.transfer_in_place(frame).await?)
+    }
+}
+
+/// Mean of the self-test's samples, SI.
+#[derive(Default)]
+struct Mean {
+    specific_force: [f32; 3],
+    angular_rate: [f32; 3],
+}
+
+impl Mean {
+    fn add(&mut self, sample: &RawSample) {
+        let add = |mean: &mut [f32; 3], values: [f32; 3]| {
+            for (mean, value) in mean.iter_mut().zip(values) {
+                *mean += value / f32::from(self_test::SAMPLES);
+            }
+        };
+        add(&mut self.specific_force, sample.specific_force.to_si());
+        add(&mut self.angular_rate, sample.angular_rate.to_si());
+    }
+}

@@ -1,0 +1,846 @@
+//! What can be set, and its check: parameters go in, a configuration the part has comes out.
+//!
+//! [`Params`] is what a person writes; [`Params::validate`] turns it into the [`Config`] a
+//! driver takes, or names the field that cannot be. [`Config::writes`] is the only place where
+//! settings become register values.
+
+use core::fmt;
+
+use crate::register::{
+    self, Register, counter_bdr_reg1, ctrl1_xl, ctrl2_g, ctrl3_c, ctrl4_c, ctrl6_c, ctrl8_xl,
+    ctrl9_xl, ctrl10_c, fifo_ctrl1, fifo_ctrl2, fifo_ctrl3, fifo_ctrl4, int1_ctrl, int2_ctrl,
+};
+use crate::scale::{AccelFullScale, GyroFullScale};
+
+/// Output data rate, by ST's nominal numbers \[P\]. The part's own clock may be some per cent off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Odr {
+    /// Powered down.
+    #[default]
+    Off,
+    /// 1.6 Hz; the accelerometer only, in its low-power mode.
+    Hz1_6,
+    /// 12.5 Hz.
+    Hz12_5,
+    /// 26 Hz.
+    Hz26,
+    /// 52 Hz.
+    Hz52,
+    /// 104 Hz.
+    Hz104,
+    /// 208 Hz.
+    Hz208,
+    /// 417 Hz.
+    Hz417,
+    /// 833 Hz.
+    Hz833,
+    /// 1667 Hz.
+    Hz1667,
+    /// 3333 Hz.
+    Hz3333,
+    /// 6667 Hz.
+    Hz6667,
+}
+
+impl Odr {
+    /// All of them, slowest first.
+    pub const ALL: [Self; 12] = [
+        Self::Off,
+        Self::Hz1_6,
+        Self::Hz12_5,
+        Self::Hz26,
+        Self::Hz52,
+        Self::Hz104,
+        Self::Hz208,
+        Self::Hz417,
+        Self::Hz833,
+        Self::Hz1667,
+        Self::Hz3333,
+        Self::Hz6667,
+    ];
+
+    /// Nominal rate, Hz.
+    #[must_use]
+    pub const fn hertz(self) -> f32 {
+        match self {
+            Self::Off => 0.0,
+            Self::Hz1_6 => 1.6,
+            Self::Hz12_5 => 12.5,
+            Self::Hz26 => 26.0,
+            Self::Hz52 => 52.0,
+            Self::Hz104 => 104.0,
+            Self::Hz208 => 208.0,
+            Self::Hz417 => 417.0,
+            Self::Hz833 => 833.0,
+            Self::Hz1667 => 1667.0,
+            Self::Hz3333 => 3333.0,
+            Self::Hz6667 => 6667.0,
+        }
+    }
+
+    /// `ODR_XL`, `ODR_G`, `BDR_XL` and `BDR_GY`.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Off => 0,
+            Self::Hz12_5 => 1,
+            Self::Hz26 => 2,
+            Self::Hz52 => 3,
+            Self::Hz104 => 4,
+            Self::Hz208 => 5,
+            Self::Hz417 => 6,
+            Self::Hz833 => 7,
+            Self::Hz1667 => 8,
+            Self::Hz3333 => 9,
+            Self::Hz6667 => 10,
+            Self::Hz1_6 => 11,
+        }
+    }
+
+    const fn is_off(self) -> bool {
+        matches!(self, Self::Off)
+    }
+}
+
+/// The accelerometer's low-pass filter, by its cut-off \[D\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AccelFilter {
+    /// LPF1 alone: ODR/2.
+    #[default]
+    OdrDiv2,
+    /// LPF2 at ODR/4.
+    OdrDiv4,
+    /// LPF2 at ODR/10.
+    OdrDiv10,
+    /// LPF2 at ODR/20.
+    OdrDiv20,
+    /// LPF2 at ODR/45.
+    OdrDiv45,
+    /// LPF2 at ODR/100.
+    OdrDiv100,
+    /// LPF2 at ODR/200.
+    OdrDiv200,
+    /// LPF2 at ODR/400.
+    OdrDiv400,
+    /// LPF2 at ODR/800.
+    OdrDiv800,
+}
+
+impl AccelFilter {
+    /// All of them, widest first.
+    pub const ALL: [Self; 9] = [
+        Self::OdrDiv2,
+        Self::OdrDiv4,
+        Self::OdrDiv10,
+        Self::OdrDiv20,
+        Self::OdrDiv45,
+        Self::OdrDiv100,
+        Self::OdrDiv200,
+        Self::OdrDiv400,
+        Self::OdrDiv800,
+    ];
+
+    /// By what the data rate is divided.
+    #[must_use]
+    pub const fn divisor(self) -> f32 {
+        match self {
+            Self::OdrDiv2 => 2.0,
+            Self::OdrDiv4 => 4.0,
+            Self::OdrDiv10 => 10.0,
+            Self::OdrDiv20 => 20.0,
+            Self::OdrDiv45 => 45.0,
+            Self::OdrDiv100 => 100.0,
+            Self::OdrDiv200 => 200.0,
+            Self::OdrDiv400 => 400.0,
+            Self::OdrDiv800 => 800.0,
+        }
+    }
+
+    /// `HPCF_XL` \[P\]; 0 with LPF2 on is ODR/4 \[D\].
+    const fn code(self) -> u8 {
+        match self {
+            Self::OdrDiv2 | Self::OdrDiv4 => 0,
+            Self::OdrDiv10 => 1,
+            Self::OdrDiv20 => 2,
+            Self::OdrDiv45 => 3,
+            Self::OdrDiv100 => 4,
+            Self::OdrDiv200 => 5,
+            Self::OdrDiv400 => 6,
+            Self::OdrDiv800 => 7,
+        }
+    }
+
+    const fn uses_lpf2(self) -> bool {
+        !matches!(self, Self::OdrDiv2)
+    }
+}
+
+/// FTYPE: cut-off of the gyroscope's LPF1. What it comes to depends on the data rate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Ftype {
+    /// 000: 335 Hz at 6667 Hz.
+    #[default]
+    F0,
+    /// 001: 232 Hz at 6667 Hz.
+    F1,
+    /// 010: 171 Hz at 6667 Hz.
+    F2,
+    /// 011: 609 Hz at 6667 Hz.
+    F3,
+    /// 100: 100.6 Hz at 6667 Hz.
+    F4,
+    /// 101: 49.9 Hz at 6667 Hz.
+    F5,
+    /// 110: 25.1 Hz at 6667 Hz.
+    F6,
+    /// 111: 12.5 Hz at 6667 Hz.
+    F7,
+}
+
+impl Ftype {
+    /// All of them, by code.
+    pub const ALL: [Self; 8] = [
+        Self::F0,
+        Self::F1,
+        Self::F2,
+        Self::F3,
+        Self::F4,
+        Self::F5,
+        Self::F6,
+        Self::F7,
+    ];
+
+    /// Cut-off at a data rate of 6667 Hz, Hz \[D\].
+    #[must_use]
+    pub const fn cutoff_at_6667_hz(self) -> f32 {
+        match self {
+            Self::F0 => 335.0,
+            Self::F1 => 232.0,
+            Self::F2 => 171.0,
+            Self::F3 => 609.0,
+            Self::F4 => 100.6,
+            Self::F5 => 49.9,
+            Self::F6 => 25.1,
+            Self::F7 => 12.5,
+        }
+    }
+
+    /// FTYPE.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+}
+
+/// The gyroscope's low-pass filters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum GyroFilter {
+    /// LPF2 alone, fixed by the data rate.
+    Lpf2,
+    /// LPF1 before LPF2.
+    Lpf1(Ftype),
+}
+
+impl GyroFilter {
+    /// Cut-off at a data rate, Hz \[D\]; `None` where it is not known.
+    #[must_use]
+    pub const fn cutoff(self, odr: Odr) -> Option<f32> {
+        match (self, odr) {
+            (Self::Lpf1(ftype), Odr::Hz6667) => Some(ftype.cutoff_at_6667_hz()),
+            (Self::Lpf2, Odr::Hz833) => Some(295.0),
+            (Self::Lpf2, Odr::Hz1667) => Some(1108.0),
+            (Self::Lpf2, Odr::Hz6667) => Some(1442.0),
+            _ => None,
+        }
+    }
+}
+
+/// One of the two sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Sensor {
+    /// Specific force.
+    Accel,
+    /// Angular rate.
+    Gyro,
+}
+
+/// One of the two interrupt pins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Pin {
+    /// INT1. High at power-up it selects I3C and nothing else: no pull-up here.
+    Int1,
+    /// INT2.
+    Int2,
+}
+
+/// How long the data-ready pin stays high.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DataReadyMode {
+    /// Until a high byte of the sample is read.
+    Latched,
+    /// 75 µs \[D\].
+    Pulsed,
+}
+
+/// A pin that says when a sample is new.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DataReady {
+    /// Which sensor's samples.
+    pub sensor: Sensor,
+    /// On which pin.
+    pub pin: Pin,
+    /// For how long.
+    pub mode: DataReadyMode,
+}
+
+/// The accelerometer's settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AccelParams {
+    /// Output data rate.
+    pub odr: Odr,
+    /// Full scale.
+    pub full_scale: AccelFullScale,
+    /// Low-pass filter.
+    pub filter: AccelFilter,
+}
+
+/// The gyroscope's settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct GyroParams {
+    /// Output data rate.
+    pub odr: Odr,
+    /// Full scale.
+    pub full_scale: GyroFullScale,
+    /// Low-pass filters.
+    pub filter: GyroFilter,
+}
+
+/// Batching in the FIFO: each chosen sensor at its full data rate, oldest words overwritten.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FifoParams {
+    /// The level that raises the watermark flag, in words; 1 to 511.
+    pub watermark: u16,
+    /// Take the accelerometer's samples.
+    pub accel: bool,
+    /// Take the gyroscope's samples.
+    pub gyro: bool,
+    /// Take a timestamp with each of them.
+    pub timestamp: bool,
+    /// The pin that the watermark flag drives.
+    pub pin: Option<Pin>,
+}
+
+/// Everything that can be set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Params {
+    /// The accelerometer.
+    pub accel: AccelParams,
+    /// The gyroscope.
+    pub gyro: GyroParams,
+    /// A word being read is not updated between its two bytes. It protects each 16-bit word,
+    /// not the set of six.
+    pub block_data_update: bool,
+    /// The pin that announces samples.
+    pub data_ready: Option<DataReady>,
+    /// The 25 µs counter.
+    pub timestamp: bool,
+    /// The FIFO; `None` leaves it empty.
+    pub fifo: Option<FifoParams>,
+}
+
+impl Params {
+    /// A fresh sample without aliases at each tick of a 1 kHz timer.
+    ///
+    /// The part has no 1 kHz rate and a clock of its own. So both sensors run at 6667 Hz behind
+    /// low-pass filters of matching cut-off (gyroscope 335 Hz, accelerometer 333 Hz), both below
+    /// the 500 Hz that a 1 kHz timer can carry, and at each tick the next data-ready edge is at
+    /// most 150 µs away. 833 Hz would repeat samples; 1667 Hz leaves the gyroscope 1108 Hz wide.
+    pub const FRESH_KILOHERTZ: Self = Self {
+        accel: AccelParams {
+            odr: Odr::Hz6667,
+            full_scale: AccelFullScale::G16,
+            filter: AccelFilter::OdrDiv20,
+        },
+        gyro: GyroParams {
+            odr: Odr::Hz6667,
+            full_scale: GyroFullScale::Dps2000,
+            filter: GyroFilter::Lpf1(Ftype::F0),
+        },
+        block_data_update: true,
+        data_ready: Some(DataReady {
+            sensor: Sensor::Gyro,
+            pin: Pin::Int1,
+            mode: DataReadyMode::Pulsed,
+        }),
+        timestamp: true,
+        fifo: None,
+    };
+
+    /// Checks that the part has this combination.
+    ///
+    /// # Errors
+    /// The first field that cannot be, and why.
+    pub const fn validate(&self) -> Result<Config, ParamsError> {
+        let (accel_off, gyro_off) = (self.accel.odr.is_off(), self.gyro.odr.is_off());
+        if accel_off && gyro_off {
+            return ParamsError::new("accel.odr", "both sensors are off: nothing to measure");
+        }
+        if matches!(self.gyro.odr, Odr::Hz1_6) {
+            return ParamsError::new("gyro.odr", "the gyroscope has no 1.6 Hz rate");
+        }
+        if matches!(self.accel.odr, Odr::Hz1_6) && self.accel.filter.uses_lpf2() {
+            return ParamsError::new("accel.filter", "there is no LPF2 in low power at 1.6 Hz");
+        }
+        if let Some(data_ready) = self.data_ready {
+            let off = match data_ready.sensor {
+                Sensor::Accel => accel_off,
+                Sensor::Gyro => gyro_off,
+            };
+            if off {
+                return ParamsError::new("data_ready.sensor", "the sensor is off");
+            }
+        }
+        if let Some(fifo) = self.fifo {
+            if fifo.watermark == 0 || fifo.watermark > 511 {
+                return ParamsError::new("fifo.watermark", "not within 1 to 511 words");
+            }
+            if fifo.accel && accel_off {
+                return ParamsError::new("fifo.accel", "the accelerometer is off");
+            }
+            if fifo.accel && matches!(self.accel.odr, Odr::Hz1_6) {
+                return ParamsError::new("fifo.accel", "the FIFO has no 1.6 Hz rate");
+            }
+            if fifo.gyro && gyro_off {
+                return ParamsError::new("fifo.gyro", "the gyroscope is off");
+            }
+            if !fifo.accel && !fifo.gyro {
+                return ParamsError::new("fifo", "no sensor is chosen");
+            }
+            if fifo.timestamp && !self.timestamp {
+                return ParamsError::new("fifo.timestamp", "the timestamp counter is off");
+            }
+        }
+        Ok(Config { params: *self })
+    }
+}
+
+/// Settings that the part has. Only [`Params::validate`] makes one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config {
+    params: Params,
+}
+
+/// A register and what goes into it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Write {
+    /// Where.
+    pub register: Register,
+    /// What.
+    pub value: u8,
+}
+
+impl Config {
+    /// [`Params::FRESH_KILOHERTZ`], validated.
+    pub const FRESH_KILOHERTZ: Self = Self {
+        params: Params::FRESH_KILOHERTZ,
+    };
+
+    /// The accelerometer's self-test: 52 Hz, ±4 g, everything else as after a reset.
+    pub(crate) const ACCEL_SELF_TEST: Self = Self {
+        params: Params {
+            accel: AccelParams {
+                odr: Odr::Hz52,
+                full_scale: AccelFullScale::G4,
+                filter: AccelFilter::OdrDiv2,
+            },
+            ..Self::GYRO_SELF_TEST.params
+        },
+    }
+    .with_gyro_off();
+
+    /// The gyroscope's self-test: 208 Hz, ±2000 °/s, everything else as after a reset.
+    pub(crate) const GYRO_SELF_TEST: Self = Self {
+        params: Params {
+            accel: AccelParams {
+                odr: Odr::Off,
+                full_scale: AccelFullScale::G4,
+                filter: AccelFilter::OdrDiv2,
+            },
+            gyro: GyroParams {
+                odr: Odr::Hz208,
+                full_scale: GyroFullScale::Dps2000,
+                filter: GyroFilter::Lpf2,
+            },
+            block_data_update: true,
+            data_ready: None,
+            timestamp: false,
+            fifo: None,
+        },
+    };
+
+    const fn with_gyro_off(mut self) -> Self {
+        self.params.gyro.odr = Odr::Off;
+        self
+    }
+
+    /// How many registers a configuration takes.
+    pub const WRITES: usize = 16;
+
+    /// The settings as they were given.
+    #[must_use]
+    pub const fn params(&self) -> &Params {
+        &self.params
+    }
+
+    /// Cut-off of the accelerometer's filter, Hz; `None` where it is off.
+    #[must_use]
+    pub fn accel_cutoff(&self) -> Option<f32> {
+        let accel = &self.params.accel;
+        (!accel.odr.is_off()).then(|| accel.odr.hertz() / accel.filter.divisor())
+    }
+
+    /// Cut-off of the gyroscope's filters, Hz; `None` where it is off or the cut-off is not known.
+    #[must_use]
+    pub const fn gyro_cutoff(&self) -> Option<f32> {
+        self.params.gyro.filter.cutoff(self.params.gyro.odr)
+    }
+
+    /// The configuration as register values, in the order in which they are written after a
+    /// reset: foreign interfaces off first, data rates last.
+    #[must_use]
+    pub const fn writes(&self) -> [Write; Self::WRITES] {
+        let Params {
+            accel,
+            gyro,
+            block_data_update,
+            timestamp,
+            ..
+        } = self.params;
+        let (pulsed, int1, int2) = self.pins();
+        let (watermark, bdr_xl, bdr_gy, mode) = self.fifo();
+        let [watermark_low, watermark_high] = watermark.to_le_bytes();
+        let (lpf1, ftype) = match gyro.filter {
+            GyroFilter::Lpf2 => (false, 0),
+            GyroFilter::Lpf1(ftype) => (true, ftype.code()),
+        };
+        let low_power = matches!(accel.odr, Odr::Hz1_6);
+        let fs_125 = matches!(gyro.full_scale, GyroFullScale::Dps125);
+        [
+            write(
+                register::CTRL9_XL,
+                register::CTRL9_XL.reset | ctrl9_xl::I3C_DISABLE.flag(true),
+            ),
+            write(
+                register::CTRL4_C,
+                ctrl4_c::I2C_DISABLE.flag(true) | ctrl4_c::LPF1_SEL_G.flag(lpf1),
+            ),
+            write(
+                register::CTRL3_C,
+                ctrl3_c::IF_INC.flag(true) | ctrl3_c::BDU.flag(block_data_update),
+            ),
+            write(register::I3C_BUS_AVB, 0),
+            write(register::COUNTER_BDR_REG1, pulsed),
+            write(register::INT1_CTRL, int1),
+            write(register::INT2_CTRL, int2),
+            write(
+                register::CTRL6_C,
+                ctrl6_c::FTYPE.place(ftype) | ctrl6_c::XL_HM_MODE.flag(low_power),
+            ),
+            write(
+                register::CTRL8_XL,
+                ctrl8_xl::HPCF_XL.place(accel.filter.code()),
+            ),
+            write(register::CTRL10_C, ctrl10_c::TIMESTAMP_EN.flag(timestamp)),
+            write(register::FIFO_CTRL1, fifo_ctrl1::WTM.place(watermark_low)),
+            write(register::FIFO_CTRL2, fifo_ctrl2::WTM8.place(watermark_high)),
+            write(
+                register::FIFO_CTRL3,
+                fifo_ctrl3::BDR_XL.place(bdr_xl) | fifo_ctrl3::BDR_GY.place(bdr_gy),
+            ),
+            write(register::FIFO_CTRL4, mode),
+            write(
+                register::CTRL2_G,
+                ctrl2_g::ODR_G.place(gyro.odr.code())
+                    | ctrl2_g::FS_G.place(gyro.full_scale.code())
+                    | ctrl2_g::FS_125.flag(fs_125),
+            ),
+            write(
+                register::CTRL1_XL,
+                ctrl1_xl::ODR_XL.place(accel.odr.code())
+                    | ctrl1_xl::FS_XL.place(accel.full_scale.code())
+                    | ctrl1_xl::LPF2_XL_EN.flag(accel.filter.uses_lpf2()),
+            ),
+        ]
+    }
+
+    /// `COUNTER_BDR_REG1`, `INT1_CTRL` and `INT2_CTRL`.
+    const fn pins(&self) -> (u8, u8, u8) {
+        let (mut pulsed, mut int1, mut int2) = (0, 0, 0);
+        if let Some(DataReady { sensor, pin, mode }) = self.params.data_ready {
+            pulsed = counter_bdr_reg1::DATAREADY_PULSED.flag(matches!(mode, DataReadyMode::Pulsed));
+            match (pin, sensor) {
+                (Pin::Int1, Sensor::Accel) => int1 |= int1_ctrl::DRDY_XL.mask(),
+                (Pin::Int1, Sensor::Gyro) => int1 |= int1_ctrl::DRDY_G.mask(),
+                (Pin::Int2, Sensor::Accel) => int2 |= int2_ctrl::DRDY_XL.mask(),
+                (Pin::Int2, Sensor::Gyro) => int2 |= int2_ctrl::DRDY_G.mask(),
+            }
+        }
+        if let Some(fifo) = self.params.fifo {
+            match fifo.pin {
+                Some(Pin::Int1) => int1 |= int1_ctrl::FIFO_TH.mask(),
+                Some(Pin::Int2) => int2 |= int2_ctrl::FIFO_TH.mask(),
+                None => {}
+            }
+        }
+        (pulsed, int1, int2)
+    }
+
+    /// Watermark, `BDR_XL`, `BDR_GY` and `FIFO_CTRL4`.
+    const fn fifo(&self) -> (u16, u8, u8, u8) {
+        const CONTINUOUS: u8 = 6;
+        const WITH_EACH_SAMPLE: u8 = 1;
+        let Some(fifo) = self.params.fifo else {
+            return (0, 0, 0, 0);
+        };
+        let bdr_xl = if fifo.accel {
+            self.params.accel.odr.code()
+        } else {
+            0
+        };
+        let bdr_gy = if fifo.gyro {
+            self.params.gyro.odr.code()
+        } else {
+            0
+        };
+        let timestamps = if fifo.timestamp { WITH_EACH_SAMPLE } else { 0 };
+        let mode =
+            fifo_ctrl4::FIFO_MODE.place(CONTINUOUS) | fifo_ctrl4::ODR_TS_BATCH.place(timestamps);
+        (fifo.watermark, bdr_xl, bdr_gy, mode)
+    }
+}
+
+const fn write(register: Register, value: u8) -> Write {
+    Write { register, value }
+}
+
+/// Why parameters were refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ParamsError {
+    /// The field's path in [`Params`].
+    pub field: &'static str,
+    /// What is wrong with it.
+    pub problem: &'static str,
+}
+
+impl ParamsError {
+    const fn new(field: &'static str, problem: &'static str) -> Result<Config, Self> {
+        Err(Self { field, problem })
+    }
+}
+
+impl fmt::Display for ParamsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.field, self.problem)
+    }
+}
+
+impl core::error::Error for ParamsError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::ToString;
+
+    fn refused(change: impl FnOnce(&mut Params)) -> &'static str {
+        let mut params = Params::FRESH_KILOHERTZ;
+        change(&mut params);
+        params.validate().map_or_else(|error| error.field, |_| "")
+    }
+
+    fn value_of(params: &Params, register: Register) -> u8 {
+        let config = params.validate().unwrap();
+        let mut found = config
+            .writes()
+            .into_iter()
+            .filter(|w| w.register == register);
+        let value = found.next().unwrap().value;
+        assert!(found.next().is_none(), "{} is written twice", register.name);
+        value
+    }
+
+    const FIFO: FifoParams = FifoParams {
+        watermark: 300,
+        accel: true,
+        gyro: true,
+        timestamp: true,
+        pin: Some(Pin::Int2),
+    };
+
+    #[test]
+    fn the_preset_is_valid() {
+        assert_eq!(
+            Params::FRESH_KILOHERTZ.validate(),
+            Ok(Config::FRESH_KILOHERTZ)
+        );
+    }
+
+    #[test]
+    fn the_presets_cut_offs_match_and_lie_below_500_hz() {
+        let accel = Config::FRESH_KILOHERTZ.accel_cutoff().unwrap();
+        let gyro = Config::FRESH_KILOHERTZ.gyro_cutoff().unwrap();
+        assert!((accel - 333.35).abs() < 0.01 && gyro == 335.0);
+    }
+
+    #[test]
+    fn what_the_part_does_not_have_is_refused_with_the_name_of_the_field() {
+        assert_eq!(refused(|p| p.gyro.odr = Odr::Hz1_6), "gyro.odr");
+        assert_eq!(refused(|p| p.accel.odr = Odr::Hz1_6), "accel.filter");
+        assert_eq!(refused(|p| p.gyro.odr = Odr::Off), "data_ready.sensor");
+        assert_eq!(
+            refused(|p| {
+                p.gyro.odr = Odr::Off;
+                p.accel.odr = Odr::Off;
+            }),
+            "accel.odr"
+        );
+        for watermark in [0, 512] {
+            let fifo = FifoParams { watermark, ..FIFO };
+            assert_eq!(refused(|p| p.fifo = Some(fifo)), "fifo.watermark");
+        }
+        assert_eq!(
+            refused(|p| {
+                p.fifo = Some(FIFO);
+                p.accel.odr = Odr::Off;
+            }),
+            "fifo.accel"
+        );
+        assert_eq!(
+            refused(|p| {
+                p.fifo = Some(FIFO);
+                p.data_ready = None;
+                p.gyro.odr = Odr::Off;
+            }),
+            "fifo.gyro"
+        );
+        assert_eq!(
+            refused(|p| {
+                p.fifo = Some(FIFO);
+                p.timestamp = false;
+            }),
+            "fifo.timestamp"
+        );
+        let none = FifoParams {
+            accel: false,
+            gyro: false,
+            ..FIFO
+        };
+        assert_eq!(refused(|p| p.fifo = Some(none)), "fifo");
+    }
+
+    #[test]
+    fn the_message_names_the_field_and_the_problem() {
+        let mut params = Params::FRESH_KILOHERTZ;
+        params.gyro.odr = Odr::Hz1_6;
+        assert_eq!(
+            params.validate().unwrap_err().to_string(),
+            "gyro.odr: the gyroscope has no 1.6 Hz rate"
+        );
+    }
+
+    #[test]
+    fn no_configuration_touches_a_reserved_bit() {
+        for odr in Odr::ALL {
+            for full_scale in GyroFullScale::ALL {
+                for ftype in Ftype::ALL {
+                    let mut params = Params::FRESH_KILOHERTZ;
+                    params.gyro.odr = odr;
+                    params.gyro.full_scale = full_scale;
+                    params.gyro.filter = GyroFilter::Lpf1(ftype);
+                    params.fifo = Some(FIFO);
+                    let Ok(config) = params.validate() else {
+                        continue;
+                    };
+                    for Write { register, value } in config.writes() {
+                        assert!(register.keeps_reserved_bits(value), "{}", register.name);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn full_scales_have_sts_codes() {
+        let mut params = Params::FRESH_KILOHERTZ;
+        for (full_scale, value) in AccelFullScale::ALL
+            .into_iter()
+            .zip([0xA2, 0xAA, 0xAE, 0xA6])
+        {
+            params.accel.full_scale = full_scale;
+            assert_eq!(
+                value_of(&params, register::CTRL1_XL),
+                value,
+                "{full_scale:?}"
+            );
+        }
+        let values = [0xA2, 0xA0, 0xA4, 0xA8, 0xAC];
+        for (full_scale, value) in GyroFullScale::ALL.into_iter().zip(values) {
+            params.gyro.full_scale = full_scale;
+            assert_eq!(
+                value_of(&params, register::CTRL2_G),
+                value,
+                "{full_scale:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn i2c_and_i3c_are_off_in_every_configuration() {
+        let params = Params::FRESH_KILOHERTZ;
+        assert!(ctrl4_c::I2C_DISABLE.is_set(value_of(&params, register::CTRL4_C)));
+        assert!(ctrl9_xl::I3C_DISABLE.is_set(value_of(&params, register::CTRL9_XL)));
+    }
+
+    #[test]
+    fn the_data_ready_pin_is_driven_by_the_chosen_sensor_alone() {
+        let mut params = Params::FRESH_KILOHERTZ;
+        assert_eq!(value_of(&params, register::INT1_CTRL), 0x02);
+        assert_eq!(value_of(&params, register::INT2_CTRL), 0x00);
+        assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x80);
+        params.data_ready = Some(DataReady {
+            sensor: Sensor::Accel,
+            pin: Pin::Int2,
+            mode: DataReadyMode::Latched,
+        });
+        assert_eq!(value_of(&params, register::INT1_CTRL), 0x00);
+        assert_eq!(value_of(&params, register::INT2_CTRL), 0x01);
+        assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x00);
+    }
+
+    #[test]
+    fn the_fifo_takes_both_sensors_at_their_rates_up_to_a_nine_bit_watermark() {
+        let params = Params {
+            fifo: Some(FIFO),
+            ..Params::FRESH_KILOHERTZ
+        };
+        assert_eq!(value_of(&params, register::FIFO_CTRL1), 0x2C);
+        assert_eq!(value_of(&params, register::FIFO_CTRL2), 0x01);
+        assert_eq!(value_of(&params, register::FIFO_CTRL3), 0xAA);
+        assert_eq!(value_of(&params, register::FIFO_CTRL4), 0x46);
+        assert_eq!(value_of(&params, register::INT2_CTRL), 0x08);
+    }
+}

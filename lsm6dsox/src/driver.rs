@@ -1,0 +1,200 @@
+//! The driver over `embedded_hal::spi::SpiDevice`.
+//!
+//! Every method is the one of [`asynch::Lsm6dsox`](crate::asynch::Lsm6dsox) on a bus whose every
+//! answer is there at once: polling it a single time runs it to its end.
+
+use core::pin::pin;
+use core::task::{Context, Poll, Waker};
+
+use embedded_hal::delay::DelayNs;
+use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
+
+use crate::asynch;
+use crate::config::Config;
+use crate::error::Error;
+use crate::fifo::{FifoBatch, FifoStatus, WordBytes};
+use crate::sample::{RawSample, Status};
+use crate::self_test::SelfTest;
+use crate::timestamp::{FrequencyFine, SensorTimestamp};
+
+/// A blocking bus or delay with the face of an asynchronous one.
+#[derive(Debug)]
+struct AtOnce<T>(T);
+
+impl<SPI: ErrorType> ErrorType for AtOnce<SPI> {
+    type Error = SPI::Error;
+}
+
+impl<SPI: SpiDevice> embedded_hal_async::spi::SpiDevice for AtOnce<SPI> {
+    async fn transaction(
+        &mut self,
+        operations: &mut [Operation<'_, u8>],
+    ) -> Result<(), SPI::Error> {
+        self.0.transaction(operations)
+    }
+}
+
+impl<D: DelayNs> embedded_hal_async::delay::DelayNs for AtOnce<&mut D> {
+    async fn delay_ns(&mut self, ns: u32) {
+        self.0.delay_ns(ns);
+    }
+
+    async fn delay_us(&mut self, us: u32) {
+        self.0.delay_us(us);
+    }
+
+    async fn delay_ms(&mut self, ms: u32) {
+        self.0.delay_ms(ms);
+    }
+}
+
+/// Runs a future that never waits.
+fn at_once<F: Future>(future: F) -> F::Output {
+    let mut future = pin!(future);
+    let mut context = Context::from_waker(Waker::noop());
+    loop {
+        if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
+            return output;
+        }
+    }
+}
+
+/// An LSM6DSOX on SPI, mode 0 or 3, at most 10 MHz \[D\].
+#[derive(Debug)]
+pub struct Lsm6dsox<SPI> {
+    inner: asynch::Lsm6dsox<AtOnce<SPI>>,
+}
+
+impl<SPI: SpiDevice> Lsm6dsox<SPI> {
+    /// A driver that has not touched the bus; [`init`](Self::init) comes next.
+    pub const fn new(spi: SPI, config: Config) -> Self {
+        Self {
+            inner: asynch::Lsm6dsox::new(AtOnce(spi), config),
+        }
+    }
+
+    /// The configuration in use.
+    pub const fn config(&self) -> &Config {
+        self.inner.config()
+    }
+
+    /// Gives the bus back.
+    pub fn release(self) -> SPI {
+        self.inner.release().0
+    }
+
+    /// Brings the part from any state into the configuration: waits for its boot, checks its
+    /// identity, resets it, writes the configuration and reads it back, and waits until samples
+    /// can be used. May be called again at any time.
+    ///
+    /// # Errors
+    /// The first register that does not hold what it should.
+    pub fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
+        at_once(self.inner.init(&mut AtOnce(delay)))
+    }
+
+    /// Changes the configuration; [`init`](Self::init) with another one.
+    ///
+    /// # Errors
+    /// As [`init`](Self::init).
+    pub fn reconfigure(
+        &mut self,
+        config: Config,
+        delay: &mut impl DelayNs,
+    ) -> Result<(), Error<SPI::Error>> {
+        at_once(self.inner.reconfigure(config, &mut AtOnce(delay)))
+    }
+
+    /// Whether a part with the right identity answers.
+    ///
+    /// # Errors
+    /// [`Error::Identity`] with what was read instead.
+    pub fn check_identity(&mut self) -> Result<(), Error<SPI::Error>> {
+        at_once(self.inner.check_identity())
+    }
+
+    /// Reads every register of the configuration back. A part that was reset behind the driver's
+    /// back, by a dip of its supply, shows here.
+    ///
+    /// # Errors
+    /// [`Error::ReadBack`] with the first register that differs.
+    pub fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
+        at_once(self.inner.verify())
+    }
+
+    /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.
+    ///
+    /// # Errors
+    /// [`Error::Status`] where what came back cannot be a sample.
+    pub fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
+        at_once(self.inner.sample())
+    }
+
+    /// Reads `STATUS_REG` alone.
+    ///
+    /// # Errors
+    /// [`Error::Status`] where what came back cannot be a status.
+    pub fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
+        at_once(self.inner.status())
+    }
+
+    /// Reads the part's 25 µs counter.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub fn timestamp(&mut self) -> Result<SensorTimestamp, Error<SPI::Error>> {
+        at_once(self.inner.timestamp())
+    }
+
+    /// Sets the part's 25 µs counter to zero.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub fn reset_timestamp(&mut self) -> Result<(), Error<SPI::Error>> {
+        at_once(self.inner.reset_timestamp())
+    }
+
+    /// Reads by how much the part's clock is off.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
+        at_once(self.inner.frequency_fine())
+    }
+
+    /// Reads the FIFO's level and alarms. Reading clears the note of an overrun.
+    ///
+    /// # Errors
+    /// [`Error::Status`] where what came back cannot be a status.
+    pub fn fifo_status(&mut self) -> Result<FifoStatus, Error<SPI::Error>> {
+        at_once(self.inner.fifo_status())
+    }
+
+    /// Reads the FIFO's status and then, in one transfer, as many words as there are and as fit
+    /// into `buffer`.
+    ///
+    /// # Errors
+    /// [`Error::Status`] where what came back cannot be a status.
+    pub fn read_fifo<'a>(
+        &'a mut self,
+        buffer: &'a mut [WordBytes],
+    ) -> Result<FifoBatch<'a>, Error<SPI::Error>> {
+        at_once(self.inner.read_fifo(buffer))
+    }
+
+    /// Switches both sensors off. [`init`](Self::init) switches them on again.
+    ///
+    /// # Errors
+    /// [`Error::ReadBack`] with the data rate that did not take.
+    pub fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
+        at_once(self.inner.power_down())
+    }
+
+    /// Runs ST's self-test, then [`init`](Self::init). The part must lie still for a second.
+    ///
+    /// # Errors
+    /// Those of the bus and the registers; a part that fails its limits is a result, not an error.
+    pub fn self_test(&mut self, delay: &mut impl DelayNs) -> Result<SelfTest, Error<SPI::Error>> {
+        at_once(self.inner.self_test(&mut AtOnce(delay)))
+    }
+}

@@ -1,0 +1,138 @@
+//! What can go wrong, with the register, what was written and what was read.
+
+use core::fmt;
+
+use crate::register::{self, Register};
+
+/// Why the driver gave up. `E` is the bus's own error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Error<E> {
+    /// The transfer itself failed.
+    Bus(E),
+    /// `WHO_AM_I` holds something else than 0x6C: another part, or no part at all. 0x00 and 0xFF
+    /// are a data line that is stuck or not connected.
+    Identity {
+        /// What it holds.
+        read: u8,
+    },
+    /// `SW_RESET` in `CTRL3_C` did not go back to 0 in time.
+    ResetTimeout {
+        /// What was written to start the reset.
+        written: u8,
+        /// What was read last.
+        read: u8,
+    },
+    /// A register does not hold what was written: the write was lost, or the part has been
+    /// reset since.
+    ReadBack {
+        /// Which register.
+        register: Register,
+        /// What was written.
+        written: u8,
+        /// What was read.
+        read: u8,
+    },
+    /// A status register has bits set that no part sets: what was read is not a status, and
+    /// what came with it is no data.
+    Status {
+        /// Which register.
+        register: Register,
+        /// What was read.
+        read: u8,
+    },
+    /// No new sample came in time during the self-test.
+    DataReadyTimeout {
+        /// `STATUS_REG` as it was read last.
+        read: u8,
+    },
+}
+
+impl<E> From<E> for Error<E> {
+    fn from(error: E) -> Self {
+        Self::Bus(error)
+    }
+}
+
+impl<E: fmt::Debug> fmt::Display for Error<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bus(error) => write!(f, "bus: {error:?}"),
+            Self::Identity { read } => write!(
+                f,
+                "WHO_AM_I (0x0F): read 0x{read:02X}, expected 0x{:02X}",
+                register::WHO_AM_I.reset
+            ),
+            Self::ResetTimeout { written, read } => write!(
+                f,
+                "CTRL3_C (0x12): wrote 0x{written:02X}, still reads 0x{read:02X}, reset not done"
+            ),
+            Self::ReadBack {
+                register,
+                written,
+                read,
+            } => write!(
+                f,
+                "{} (0x{:02X}): wrote 0x{written:02X}, read 0x{read:02X}",
+                register.name, register.address
+            ),
+            Self::Status { register, read } => write!(
+                f,
+                "{} (0x{:02X}): read 0x{read:02X}, which no part sends",
+                register.name, register.address
+            ),
+            Self::DataReadyTimeout { read } => write!(
+                f,
+                "STATUS_REG (0x1E): reads 0x{read:02X}, no new sample in time"
+            ),
+        }
+    }
+}
+
+impl<E: fmt::Debug> core::error::Error for Error<E> {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn every_message_names_the_register_and_the_bytes() {
+        let messages = [
+            (
+                Error::Identity { read: 0x6A },
+                "WHO_AM_I (0x0F): read 0x6A, expected 0x6C",
+            ),
+            (
+                Error::ResetTimeout {
+                    written: 0x05,
+                    read: 0x05,
+                },
+                "CTRL3_C (0x12): wrote 0x05, still reads 0x05, reset not done",
+            ),
+            (
+                Error::ReadBack {
+                    register: register::CTRL1_XL,
+                    written: 0xA6,
+                    read: 0x00,
+                },
+                "CTRL1_XL (0x10): wrote 0xA6, read 0x00",
+            ),
+            (
+                Error::Status {
+                    register: register::STATUS_REG,
+                    read: 0xFF,
+                },
+                "STATUS_REG (0x1E): read 0xFF, which no part sends",
+            ),
+            (
+                Error::DataReadyTimeout { read: 0x00 },
+                "STATUS_REG (0x1E): reads 0x00, no new sample in time",
+            ),
+            (Error::Bus("overrun"), "bus: \"overrun\""),
+        ];
+        for (error, message) in messages {
+            assert_eq!(error.to_string(), message);
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! What a code is worth: full scales, sensitivities, and the one conversion to SI units.
+
+/// Standard gravity, m/s².
+pub const STANDARD_GRAVITY: f32 = 9.806_65;
+
+/// One degree in radians.
+pub const DEGREE: f32 = core::f32::consts::PI / 180.0;
+
+/// Largest specific force the accelerometer measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AccelFullScale {
+    /// ±2 g.
+    #[default]
+    G2,
+    /// ±4 g.
+    G4,
+    /// ±8 g.
+    G8,
+    /// ±16 g.
+    G16,
+}
+
+/// Largest angular rate the gyroscope measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum GyroFullScale {
+    /// ±125 °/s.
+    Dps125,
+    /// ±250 °/s.
+    #[default]
+    Dps250,
+    /// ±500 °/s.
+    Dps500,
+    /// ±1000 °/s.
+    Dps1000,
+    /// ±2000 °/s.
+    Dps2000,
+}
+
+/// A full scale: what turns a code into a number.
+pub trait FullScale: Copy {
+    /// SI units per code.
+    fn sensitivity(self) -> f32;
+
+    /// The smallest magnitude of a code that says no more than "at least this".
+    fn limit(self) -> u16;
+}
+
+impl AccelFullScale {
+    /// All of them, smallest first.
+    pub const ALL: [Self; 4] = [Self::G2, Self::G4, Self::G8, Self::G16];
+
+    /// mg per code \[P\].
+    #[must_use]
+    pub const fn milli_g_per_code(self) -> f32 {
+        match self {
+            Self::G2 => 0.061,
+            Self::G4 => 0.122,
+            Self::G8 => 0.244,
+            Self::G16 => 0.488,
+        }
+    }
+
+    /// `FS_XL`; 01 is the largest, not the second \[P\].
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::G2 => 0b00,
+            Self::G16 => 0b01,
+            Self::G4 => 0b10,
+            Self::G8 => 0b11,
+        }
+    }
+}
+
+impl FullScale for AccelFullScale {
+    fn sensitivity(self) -> f32 {
+        self.milli_g_per_code() * 1.0e-3 * STANDARD_GRAVITY
+    }
+
+    /// The end of the 16-bit range, which comes just before the nominal full scale.
+    fn limit(self) -> u16 {
+        i16::MAX.unsigned_abs()
+    }
+}
+
+impl GyroFullScale {
+    /// All of them, smallest first.
+    pub const ALL: [Self; 5] = [
+        Self::Dps125,
+        Self::Dps250,
+        Self::Dps500,
+        Self::Dps1000,
+        Self::Dps2000,
+    ];
+
+    /// m°/s per code \[P\].
+    #[must_use]
+    pub const fn milli_dps_per_code(self) -> f32 {
+        match self {
+            Self::Dps125 => 4.375,
+            Self::Dps250 => 8.75,
+            Self::Dps500 => 17.5,
+            Self::Dps1000 => 35.0,
+            Self::Dps2000 => 70.0,
+        }
+    }
+
+    /// `FS_G` \[P\].
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Dps125 | Self::Dps250 => 0b00,
+            Self::Dps500 => 0b01,
+            Self::Dps1000 => 0b10,
+            Self::Dps2000 => 0b11,
+        }
+    }
+}
+
+impl FullScale for GyroFullScale {
+    fn sensitivity(self) -> f32 {
+        self.milli_dps_per_code() * 1.0e-3 * DEGREE
+    }
+
+    /// The nominal full scale, 125 °/s / 4.375 m°/s and its multiples: the part does put out
+    /// codes beyond it, up to the end of the 16-bit range, and ST says that they are clipped
+    /// and mean nothing (ST community, *Valid range (Full Scale) for the gyroscope
+    /// (LSM6DSOX)*, 2025) \[S\].
+    fn limit(self) -> u16 {
+        28_571
+    }
+}
+
+/// Three codes of one sensor, x, y and z, with the scale that gives them meaning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Codes<S> {
+    /// As they came from the part.
+    pub codes: [i16; 3],
+    /// What they are multiples of.
+    pub full_scale: S,
+}
+
+impl<S: FullScale> Codes<S> {
+    /// In SI units: m/s² or rad/s.
+    #[must_use]
+    pub fn to_si(&self) -> [f32; 3] {
+        let sensitivity = self.full_scale.sensitivity();
+        self.codes.map(|code| f32::from(code) * sensitivity)
+    }
+
+    /// Per axis, whether the code is at or beyond the end of the range: the truth lies
+    /// somewhere further out.
+    #[must_use]
+    pub fn saturated(&self) -> [bool; 3] {
+        let limit = self.full_scale.limit();
+        self.codes.map(|code| code.unsigned_abs() >= limit)
+    }
+
+    /// Whether any axis is saturated.
+    #[must_use]
+    pub fn is_saturated(&self) -> bool {
+        self.saturated().contains(&true)
+    }
+}
+
+/// A temperature as the part puts it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct TemperatureCode(pub i16);
+
+impl TemperatureCode {
+    /// In °C: 256 codes per degree, 0 is 25 °C \[P, D\].
+    #[must_use]
+    pub fn to_celsius(self) -> f32 {
+        f32::from(self.0) / 256.0 + 25.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_g_is_9_81_m_s2_at_every_full_scale() {
+        for full_scale in AccelFullScale::ALL {
+            let code = (1000.0 / full_scale.milli_g_per_code()) as i16;
+            let codes = Codes {
+                codes: [0, -code, code],
+                full_scale,
+            };
+            let [x, y, z] = codes.to_si();
+            assert_eq!(x, 0.0);
+            assert!((z - 9.807).abs() < 0.01 && y == -z, "{full_scale:?}: {z}");
+        }
+    }
+
+    #[test]
+    fn a_hundred_degrees_a_second_are_1_745_rad_s_at_every_full_scale() {
+        for full_scale in GyroFullScale::ALL {
+            let code = (100_000.0 / full_scale.milli_dps_per_code()) as i16;
+            let codes = Codes {
+                codes: [code; 3],
+                full_scale,
+            };
+            assert!((codes.to_si()[0] - 1.7453).abs() < 0.002, "{full_scale:?}");
+        }
+    }
+
+    #[test]
+    fn the_last_code_of_either_sign_is_saturated_and_the_one_before_is_not() {
+        let codes = |codes| Codes {
+            codes,
+            full_scale: AccelFullScale::G16,
+        };
+        assert_eq!(
+            codes([i16::MAX, -i16::MAX, i16::MIN]).saturated(),
+            [true; 3]
+        );
+        assert!(!codes([i16::MAX - 1, 1 - i16::MAX, 0]).is_saturated());
+    }
+
+    #[test]
+    fn a_gyroscope_is_saturated_from_its_nominal_full_scale_on() {
+        for (full_scale, dps) in GyroFullScale::ALL
+            .into_iter()
+            .zip([125.0, 250.0, 500.0, 1000.0, 2000.0])
+        {
+            assert_eq!(
+                (dps * 1000.0 / full_scale.milli_dps_per_code()) as u16,
+                full_scale.limit()
+            );
+        }
+        let codes = |code| Codes {
+            codes: [0, code, 0],
+            full_scale: GyroFullScale::Dps2000,
+        };
+        assert!(codes(28_571).is_saturated() && codes(-28_571).is_saturated());
+        assert!(!codes(28_570).is_saturated());
+    }
+
+    #[test]
+    fn zero_is_25_degrees_celsius() {
+        assert_eq!(TemperatureCode(0).to_celsius(), 25.0);
+        assert_eq!(TemperatureCode(-25 * 256).to_celsius(), 0.0);
+        assert_eq!(TemperatureCode(128).to_celsius(), 25.5);
+    }
+}

@@ -1,0 +1,180 @@
+//! The exact bytes on the bus, fixed against a mock.
+
+use embedded_hal_mock::eh1::delay::NoopDelay;
+use embedded_hal_mock::eh1::spi::{Mock, Transaction};
+use lsm6dsox::{Config, Error, Lsm6dsox, register};
+
+/// A transfer of one frame: what goes out, what comes back.
+fn frame(out: &[u8], back: &[u8]) -> Vec<Transaction<u8>> {
+    vec![
+        Transaction::transaction_start(),
+        Transaction::transfer_in_place(out.to_vec(), back.to_vec()),
+        Transaction::transaction_end(),
+    ]
+}
+
+fn write(address: u8, value: u8) -> Vec<Transaction<u8>> {
+    vec![
+        Transaction::transaction_start(),
+        Transaction::write_vec(vec![address, value]),
+        Transaction::transaction_end(),
+    ]
+}
+
+fn read(address: u8, value: u8) -> Vec<Transaction<u8>> {
+    frame(&[address | 0x80, 0], &[0, value])
+}
+
+/// The kilohertz preset: foreign interfaces off, pins, filters, data rates last.
+const PRESET: [(u8, u8); 16] = [
+    (0x18, 0xE2), // CTRL9_XL: I3C off
+    (0x13, 0x06), // CTRL4_C: I²C off, gyroscope LPF1 on
+    (0x12, 0x44), // CTRL3_C: block data update, address increment
+    (0x62, 0x00), // I3C_BUS_AVB
+    (0x0B, 0x80), // COUNTER_BDR_REG1: data-ready pulsed
+    (0x0D, 0x02), // INT1_CTRL: gyroscope's data-ready
+    (0x0E, 0x00), // INT2_CTRL
+    (0x15, 0x00), // CTRL6_C: FTYPE 000, 335 Hz
+    (0x17, 0x40), // CTRL8_XL: ODR/20
+    (0x19, 0x20), // CTRL10_C: timestamp on
+    (0x07, 0x00), // FIFO_CTRL1
+    (0x08, 0x00), // FIFO_CTRL2
+    (0x09, 0x00), // FIFO_CTRL3
+    (0x0A, 0x00), // FIFO_CTRL4: bypass
+    (0x11, 0xAC), // CTRL2_G: 6667 Hz, ±2000 °/s
+    (0x10, 0xA6), // CTRL1_XL: 6667 Hz, ±16 g, LPF2 on
+];
+
+fn init_until_written() -> Vec<Transaction<u8>> {
+    let mut bytes = read(0x0F, 0x6C);
+    bytes.extend(write(0x12, 0x05));
+    bytes.extend(read(0x12, 0x05));
+    bytes.extend(read(0x12, 0x04));
+    bytes.extend(PRESET.into_iter().flat_map(|(a, v)| write(a, v)));
+    bytes
+}
+
+#[test]
+fn init_is_identity_reset_configuration_and_its_reading_back() {
+    let mut bytes = init_until_written();
+    bytes.extend(PRESET.into_iter().flat_map(|(a, v)| read(a, v)));
+    let mut spi = Mock::new(&bytes);
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    assert_eq!(sensor.init(&mut NoopDelay::new()), Ok(()));
+    spi.done();
+}
+
+#[test]
+fn a_write_that_did_not_take_is_reported_with_register_written_and_read() {
+    let mut bytes = init_until_written();
+    let until_ctrl6 = PRESET.into_iter().take(7);
+    bytes.extend(until_ctrl6.flat_map(|(a, v)| read(a, v)));
+    bytes.extend(read(0x15, 0x10));
+    let mut spi = Mock::new(&bytes);
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    assert_eq!(
+        sensor.init(&mut NoopDelay::new()),
+        Err(Error::ReadBack {
+            register: register::CTRL6_C,
+            written: 0x00,
+            read: 0x10,
+        })
+    );
+    spi.done();
+}
+
+#[test]
+fn another_part_is_left_alone() {
+    let mut spi = Mock::new(&read(0x0F, 0x6B));
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    assert_eq!(
+        sensor.init(&mut NoopDelay::new()),
+        Err(Error::Identity { read: 0x6B })
+    );
+    spi.done();
+}
+
+#[test]
+fn a_reset_that_does_not_end_runs_into_the_time_out() {
+    let mut bytes = read(0x0F, 0x6C);
+    bytes.extend(write(0x12, 0x05));
+    bytes.extend((0..100).flat_map(|_| read(0x12, 0x05)));
+    let mut spi = Mock::new(&bytes);
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    assert_eq!(
+        sensor.init(&mut NoopDelay::new()),
+        Err(Error::ResetTimeout {
+            written: 0x05,
+            read: 0x05,
+        })
+    );
+    spi.done();
+}
+
+#[test]
+fn a_sample_is_one_transfer_of_seventeen_bytes() {
+    let mut out = [0; 17];
+    out[0] = 0x9E;
+    #[rustfmt::skip]
+    let back = [
+        0x00,
+        0x07, 0x00, 0x80, 0x00,
+        0x10, 0x00, 0xF0, 0xFF, 0x00, 0x02,
+        0x01, 0x00, 0xFF, 0x7F, 0x01, 0x08,
+    ];
+    let mut spi = Mock::new(&frame(&out, &back));
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    let raw = sensor.sample().unwrap();
+    assert_eq!(raw.angular_rate.codes, [16, -16, 512]);
+    assert_eq!(raw.specific_force.codes, [1, i16::MAX, 2049]);
+    assert_eq!(raw.specific_force.saturated(), [false, true, false]);
+    assert!(raw.is_fresh());
+    assert_eq!(raw.to_si().temperature, 25.5);
+    spi.done();
+}
+
+#[test]
+fn the_fifo_is_its_status_and_one_transfer_of_words() {
+    let mut bytes = frame(&[0xBA, 0, 0], &[0, 2, 0x80]);
+    bytes.extend([
+        Transaction::transaction_start(),
+        Transaction::write_vec(vec![0xF8]),
+        Transaction::read_vec(vec![
+            0x09, 1, 0, 2, 0, 3, 0, // gyroscope, slot 0
+            0x11, 4, 0, 5, 0, 6, 0, // accelerometer, slot 0
+        ]),
+        Transaction::transaction_end(),
+    ]);
+    let mut spi = Mock::new(&bytes);
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    let mut buffer = [[0; 7]; 8];
+    let batch = sensor.read_fifo(&mut buffer).unwrap();
+    assert!(batch.status.watermark && !batch.status.overrun);
+    assert_eq!(batch.words().filter(Result::is_ok).count(), 2);
+    spi.done();
+}
+
+#[test]
+fn timestamp_and_clock_error_are_read_from_their_registers() {
+    let mut bytes = frame(&[0xC0, 0, 0, 0, 0], &[0, 0x10, 0x27, 0, 0]);
+    bytes.extend(read(0x63, 0xF6));
+    bytes.extend(write(0x42, 0xAA));
+    let mut spi = Mock::new(&bytes);
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    assert_eq!(sensor.timestamp().unwrap().0, 10_000);
+    assert_eq!(sensor.frequency_fine().unwrap().0, -10);
+    assert_eq!(sensor.reset_timestamp(), Ok(()));
+    spi.done();
+}
+
+#[test]
+fn powering_down_is_read_back_too() {
+    let mut bytes = write(0x10, 0);
+    bytes.extend(read(0x10, 0));
+    bytes.extend(write(0x11, 0));
+    bytes.extend(read(0x11, 0));
+    let mut spi = Mock::new(&bytes);
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    assert_eq!(sensor.power_down(), Ok(()));
+    spi.done();
+}
