@@ -54,8 +54,8 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     /// Brings the part from any state into the configuration: waits for its boot, checks its
-    /// identity, resets it, writes the configuration and reads it back, and waits until samples
-    /// can be used. May be called again at any time.
+    /// identity, resets it, writes the configuration and reads it back, and waits for the
+    /// gyroscope's turn-on: the next sample can be used. May be called again at any time.
     ///
     /// # Errors
     /// The first register that does not hold what it should.

@@ -13,14 +13,35 @@
 //! | batches of tagged words | [`fifo`] |
 //! | ST's self-test and its limits | [`self_test`] |
 //! | a part that repeats itself | [`frozen`] |
+//! | the part itself, for hosts (feature `sim`) | `sim` |
 //!
 //! Facts about the part carry the mark of their source: **\[P\]** read in ST's own C driver,
 //! **\[D\]** the datasheet of a register-compatible sibling (LSM6DSO32, LSM6DSO), **\[S\]**
 //! secondary. The LSM6DSOX datasheet, DS12814, was not at hand: what is marked D or S has not
 //! been checked against it.
 //!
-//! No allocation, no `unsafe`, no panic on any bytes from the bus.
+//! No allocation, no `unsafe`, no panic on any bytes from the bus; the feature `sim` is for
+//! hosts and allocates.
+#![cfg_attr(
+    feature = "sim",
+    doc = r#"
+```
+use lsm6dsox::sim::{Part, Stimulus};
+use lsm6dsox::{Config, Lsm6dsox};
 
+// Any `SpiDevice` and `DelayNs` will do; here they belong to a simulated part lying still.
+let part = Part::new(|_seconds: f64| Stimulus::REST).shared();
+let mut sensor = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
+sensor.init(&mut part.delay())?;
+
+part.advance_by(1_000_000); // A millisecond passes: the next tick of the timer.
+let sample = sensor.sample()?.to_si();
+assert!(sample.accel_fresh && sample.gyro_fresh && !sample.saturated);
+assert!((sample.specific_force[2] - 9.81).abs() < 0.2);
+# Ok::<(), lsm6dsox::Error<core::convert::Infallible>>(())
+```
+"#
+)]
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -34,7 +55,7 @@
     )
 )]
 
-#[cfg(test)]
+#[cfg(any(test, feature = "sim"))]
 extern crate std;
 
 pub mod asynch;
@@ -48,6 +69,10 @@ pub mod register;
 pub mod sample;
 pub mod scale;
 pub mod self_test;
+// The part runs on hosts only, where its indices are checked by tests over random transactions.
+#[cfg(feature = "sim")]
+#[allow(clippy::indexing_slicing)]
+pub mod sim;
 pub mod timestamp;
 
 pub use config::{

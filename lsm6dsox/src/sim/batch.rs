@@ -1,0 +1,153 @@
+//! The part's FIFO.
+
+use std::collections::VecDeque;
+
+use crate::fifo::{CAPACITY, WordBytes};
+use crate::register::{fifo_data_out_tag, fifo_status2};
+
+/// What `FIFO_MODE` asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mode {
+    /// Empty, and stays so.
+    Bypass,
+    /// Stops when full.
+    UntilFull,
+    /// Overwrites the oldest.
+    Continuous,
+}
+
+impl Mode {
+    /// Modes that wait for a trigger count as their first half.
+    pub(super) const fn of(code: u8) -> Self {
+        match code {
+            0b001 => Self::UntilFull,
+            0b011 | 0b110 => Self::Continuous,
+            _ => Self::Bypass,
+        }
+    }
+}
+
+/// Words in order, oldest first.
+#[derive(Clone, Debug)]
+pub(super) struct Fifo {
+    words: VecDeque<WordBytes>,
+    slot: u8,
+    overrun: bool,
+    overrun_latched: bool,
+}
+
+impl Fifo {
+    pub(super) fn new() -> Self {
+        Self {
+            words: VecDeque::with_capacity(usize::from(CAPACITY)),
+            slot: 0,
+            overrun: false,
+            overrun_latched: false,
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.words.clear();
+        self.slot = 0;
+        self.overrun = false;
+        self.overrun_latched = false;
+    }
+
+    /// The next instant: words pushed from now on belong together.
+    pub(super) const fn next_slot(&mut self) {
+        self.slot = (self.slot + 1) & 0b11;
+    }
+
+    pub(super) fn push(&mut self, mode: Mode, tag: u8, data: [u8; 6]) {
+        if mode == Mode::Bypass {
+            return;
+        }
+        if self.words.len() >= usize::from(CAPACITY) {
+            self.overrun = true;
+            self.overrun_latched = true;
+            if mode == Mode::UntilFull {
+                return;
+            }
+            self.words.pop_front();
+        }
+        let tag =
+            fifo_data_out_tag::TAG_SENSOR.place(tag) | fifo_data_out_tag::TAG_CNT.place(self.slot);
+        let parity = (tag.count_ones() & 1) as u8;
+        let [b0, b1, b2, b3, b4, b5] = data;
+        self.words.push_back([tag | parity, b0, b1, b2, b3, b4, b5]);
+    }
+
+    /// A byte of the oldest word; reading the last takes the word out.
+    pub(super) fn read(&mut self, index: usize) -> u8 {
+        let byte = self.words.front().map_or(0, |word| word[index]);
+        if index == 6 {
+            self.words.pop_front();
+            self.overrun = false;
+        }
+        byte
+    }
+
+    pub(super) fn level(&self) -> u16 {
+        self.words.len() as u16
+    }
+
+    pub(super) fn reached(&self, watermark: u16) -> bool {
+        watermark > 0 && self.level() >= watermark
+    }
+
+    /// `FIFO_STATUS1`.
+    pub(super) fn status1(&self) -> u8 {
+        self.level().to_le_bytes()[0]
+    }
+
+    /// `FIFO_STATUS2`; reading it forgets the latched overrun.
+    pub(super) fn status2(&mut self, watermark: u16) -> u8 {
+        fifo_status2::DIFF_FIFO.place(self.level().to_le_bytes()[1])
+            | fifo_status2::FIFO_WTM_IA.flag(self.reached(watermark))
+            | fifo_status2::FIFO_FULL_IA.flag(self.level() >= CAPACITY - 1)
+            | fifo_status2::FIFO_OVR_IA.flag(self.overrun)
+            | fifo_status2::OVER_RUN_LATCHED.flag(core::mem::take(&mut self.overrun_latched))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fifo::tag;
+
+    #[test]
+    fn a_full_fifo_loses_its_oldest_word_and_says_so_once() {
+        let mut fifo = Fifo::new();
+        for i in 0..=CAPACITY {
+            let [low, high] = i.to_le_bytes();
+            fifo.push(Mode::Continuous, tag::GYRO, [low, high, 0, 0, 0, 0]);
+        }
+        assert_eq!(fifo.level(), CAPACITY);
+        let status = fifo.status2(0);
+        assert!(fifo_status2::OVER_RUN_LATCHED.is_set(status));
+        assert!(fifo_status2::FIFO_OVR_IA.is_set(status));
+        assert!(!fifo_status2::OVER_RUN_LATCHED.is_set(fifo.status2(0)));
+        assert_eq!(fifo.read(1), 1);
+    }
+
+    #[test]
+    fn fifo_mode_keeps_what_came_first() {
+        let mut fifo = Fifo::new();
+        for i in 0..600_u16 {
+            let [low, high] = i.to_le_bytes();
+            fifo.push(Mode::UntilFull, tag::GYRO, [low, high, 0, 0, 0, 0]);
+        }
+        assert_eq!((fifo.level(), fifo.read(1)), (CAPACITY, 0));
+    }
+
+    #[test]
+    fn a_word_is_gone_once_its_last_byte_is_read() {
+        let mut fifo = Fifo::new();
+        fifo.push(Mode::Continuous, tag::ACCEL, [1, 2, 3, 4, 5, 6]);
+        assert_eq!(
+            core::array::from_fn(|i| fifo.read(i)),
+            [0x11, 1, 2, 3, 4, 5, 6]
+        );
+        assert_eq!((fifo.level(), fifo.read(0)), (0, 0));
+    }
+}

@@ -1,0 +1,194 @@
+//! What the bus sees: bytes in and out of registers.
+
+use super::part::{Busy, Part};
+use crate::register::{self, Register, ctrl3_c, ctrl4_c, ctrl10_c, status_reg};
+
+/// One 16-bit output.
+#[derive(Clone, Copy, Debug, Default)]
+struct Word {
+    value: i16,
+    /// Which of its bytes has been read while the other has not: 0 low, 1 high.
+    half_read: Option<u8>,
+}
+
+impl Word {
+    const fn update(&mut self, value: i16, block: bool) {
+        if !(block && self.half_read.is_some()) {
+            self.value = value;
+        }
+    }
+
+    fn read(&mut self, half: u8) -> u8 {
+        self.half_read = match self.half_read {
+            Some(other) if other != half => None,
+            _ => Some(half),
+        };
+        self.value.to_le_bytes()[usize::from(half)]
+    }
+}
+
+/// The output registers, from `OUT_TEMP_L` to `OUTZ_H_A`, and which of them are new.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Words {
+    words: [Word; 7],
+    pub(super) accel_fresh: bool,
+    pub(super) gyro_fresh: bool,
+    pub(super) temperature_fresh: bool,
+}
+
+impl Words {
+    pub(super) fn update_temperature(&mut self, code: i16, block: bool) {
+        self.words[0].update(code, block);
+        self.temperature_fresh = true;
+    }
+
+    pub(super) fn update_gyro(&mut self, codes: Option<[i16; 3]>, block: bool) {
+        update(&mut self.words[1..4], codes, block);
+        self.gyro_fresh = true;
+    }
+
+    pub(super) fn update_accel(&mut self, codes: Option<[i16; 3]>, block: bool) {
+        update(&mut self.words[4..7], codes, block);
+        self.accel_fresh = true;
+    }
+
+    pub(super) fn gyro_bytes(&self) -> [u8; 6] {
+        bytes(&self.words[1..4])
+    }
+
+    pub(super) fn accel_bytes(&self) -> [u8; 6] {
+        bytes(&self.words[4..7])
+    }
+
+    fn status(&self) -> u8 {
+        status_reg::XLDA.flag(self.accel_fresh)
+            | status_reg::GDA.flag(self.gyro_fresh)
+            | status_reg::TDA.flag(self.temperature_fresh)
+    }
+
+    /// A byte of an output; reading a high byte makes its sample old.
+    fn read(&mut self, offset: u8) -> u8 {
+        let (word, half) = (offset / 2, offset % 2);
+        if half == 1 {
+            match word {
+                0 => self.temperature_fresh = false,
+                1..=3 => self.gyro_fresh = false,
+                _ => self.accel_fresh = false,
+            }
+        }
+        self.words[usize::from(word)].read(half)
+    }
+}
+
+fn update(words: &mut [Word], codes: Option<[i16; 3]>, block: bool) {
+    for (word, code) in words.iter_mut().zip(codes.into_iter().flatten()) {
+        word.update(code, block);
+    }
+}
+
+fn bytes(words: &[Word]) -> [u8; 6] {
+    core::array::from_fn(|i| words[i / 2].value.to_le_bytes()[i % 2])
+}
+
+impl Part {
+    /// Whether the part answers on I²C.
+    pub(super) fn has_i2c(&self) -> bool {
+        !ctrl4_c::I2C_DISABLE.is_set(self.memory.get(register::CTRL4_C))
+    }
+
+    /// The register that follows in a burst.
+    pub(super) fn following(&self, address: u8) -> u8 {
+        let increments = ctrl3_c::IF_INC.is_set(self.memory.get(register::CTRL3_C));
+        if !increments {
+            address
+        } else if address == register::FIFO_DATA_OUT_Z_H.address {
+            register::FIFO_DATA_OUT_TAG.address
+        } else {
+            (address + 1) & 0x7F
+        }
+    }
+
+    /// One byte's time passes.
+    pub(super) fn byte_time(&mut self) {
+        if self.options.byte_time_ns > 0 {
+            self.advance_to(self.now_ns + u64::from(self.options.byte_time_ns));
+        }
+    }
+
+    /// A byte as the master gets it, with what is wrong on the line.
+    pub(super) fn read_bus(&mut self, address: u8) -> u8 {
+        let mut byte = self.read_register(address);
+        if self.faults.flips_per_million > 0 {
+            for bit in 0..8 {
+                byte ^= u8::from(self.flips.chance(self.faults.flips_per_million)) << bit;
+            }
+        }
+        self.faults.stuck.unwrap_or(byte)
+    }
+
+    fn read_register(&mut self, address: u8) -> u8 {
+        const OUT: u8 = register::OUT_TEMP_L.address;
+        const OUT_END: u8 = register::OUTZ_H_A.address;
+        const TAG: u8 = register::FIFO_DATA_OUT_TAG.address;
+        const TAG_END: u8 = register::FIFO_DATA_OUT_Z_H.address;
+        const TIMESTAMP: u8 = register::TIMESTAMP0.address;
+        const TIMESTAMP_END: u8 = register::TIMESTAMP3.address;
+        const IS: fn(Register) -> u8 = |register| register.address;
+        match self.busy {
+            Some((Busy::Boot, _)) => return 0,
+            Some((Busy::Reset, _)) if address == IS(register::CTRL3_C) => {
+                return register::CTRL3_C.reset | ctrl3_c::SW_RESET.mask();
+            }
+            _ => {}
+        }
+        match address {
+            OUT..=OUT_END => self.words.read(address - OUT),
+            TAG..=TAG_END => self.fifo.read(usize::from(address - TAG)),
+            TIMESTAMP..=TIMESTAMP_END => {
+                let timestamp = self.timestamp_at(self.now_ns * 1000);
+                timestamp.to_le_bytes()[usize::from(address - TIMESTAMP)]
+            }
+            _ if address == IS(register::STATUS_REG) => self.words.status(),
+            _ if address == IS(register::WHO_AM_I) => {
+                self.faults.id.unwrap_or(register::WHO_AM_I.reset)
+            }
+            _ if address == IS(register::FIFO_STATUS1) => self.fifo.status1(),
+            _ if address == IS(register::FIFO_STATUS2) => {
+                let watermark = self.watermark();
+                self.fifo.status2(watermark)
+            }
+            _ if address == IS(register::INTERNAL_FREQ_FINE) => {
+                let steps = libm::floor(self.options.clock_error / 0.0015 + 0.5);
+                // The cast saturates at what the register holds.
+                (steps as i8).to_le_bytes()[0]
+            }
+            _ => self.memory.read(address),
+        }
+    }
+
+    /// A byte from the master.
+    pub(super) fn write_register(&mut self, address: u8, value: u8) {
+        if self.busy.is_some() {
+            return;
+        }
+        if address == register::TIMESTAMP2.address {
+            if value == register::TIMESTAMP_RESET && self.timestamp_zero.is_some() {
+                self.timestamp_zero = Some(self.clock.steps(self.now_ns * 1000));
+            }
+            return;
+        }
+        self.memory.write(address, value);
+        if address == register::CTRL3_C.address && ctrl3_c::BOOT.is_set(value) {
+            return self.reboot();
+        }
+        if address == register::CTRL3_C.address && ctrl3_c::SW_RESET.is_set(value) {
+            return self.software_reset();
+        }
+        if address == register::CTRL10_C.address {
+            let on = ctrl10_c::TIMESTAMP_EN.is_set(value);
+            let zero = self.clock.steps(self.now_ns * 1000);
+            self.timestamp_zero = on.then(|| self.timestamp_zero.unwrap_or(zero));
+        }
+        self.settings_changed();
+    }
+}

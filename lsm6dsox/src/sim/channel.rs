@@ -1,0 +1,224 @@
+//! One sensor's path from motion to codes, three axes at a time.
+
+use super::clock::Clock;
+use super::filter::{LowPass, State};
+use super::random::Random;
+use crate::scale::{AccelFullScale, DEGREE, GyroFullScale, STANDARD_GRAVITY};
+
+/// How a channel is set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Setting {
+    /// Ticks from one sample to the next; 0 is off.
+    pub(super) divider: u64,
+    /// Cut-off, Hz; `None` is open.
+    pub(super) cutoff: Option<f64>,
+    /// SI units per code.
+    pub(super) sensitivity: f64,
+    /// Noise density, SI units per √Hz.
+    pub(super) density: f64,
+    /// The test signal, SI units.
+    pub(super) test_signal: [f64; 3],
+}
+
+/// A channel: filters, and the sample that came out last.
+#[derive(Clone, Debug)]
+pub(super) struct Channel {
+    setting: Setting,
+    low_pass: LowPass,
+    states: Option<[State; 3]>,
+    codes_per_unit: f64,
+    noise_codes: f64,
+    /// Codes of the newest sample.
+    pub(super) codes: [i16; 3],
+    /// No samples before this time, ns.
+    pub(super) starts_ns: u64,
+}
+
+/// ODR field → ticks per sample. The data rates are 6667 Hz divided by powers of two.
+pub(super) const fn divider(odr_code: u8) -> u64 {
+    match odr_code {
+        code @ 1..=10 => 1 << (10 - code),
+        // 1.6 Hz.
+        11 => 4096,
+        _ => 0,
+    }
+}
+
+impl Channel {
+    pub(super) fn new() -> Self {
+        Self {
+            setting: Setting {
+                divider: 0,
+                cutoff: None,
+                sensitivity: 1.0,
+                density: 0.0,
+                test_signal: [0.0; 3],
+            },
+            low_pass: LowPass::OPEN,
+            states: None,
+            codes_per_unit: 1.0,
+            noise_codes: 0.0,
+            codes: [0; 3],
+            starts_ns: 0,
+        }
+    }
+
+    /// Takes another setting. A sensor that was off gives its first sample `turn_on_ns` later.
+    pub(super) fn set(&mut self, setting: Setting, now_ns: u64, turn_on_ns: u64) {
+        if setting == self.setting {
+            return;
+        }
+        if self.setting.divider == 0 {
+            self.starts_ns = now_ns + turn_on_ns;
+            self.states = None;
+        }
+        if setting.sensitivity != self.setting.sensitivity || setting.cutoff != self.setting.cutoff
+        {
+            self.states = None;
+        }
+        self.low_pass = setting
+            .cutoff
+            .map_or(LowPass::OPEN, |cutoff| LowPass::new(cutoff, Clock::RATE));
+        self.codes_per_unit = 1.0 / setting.sensitivity;
+        // White noise of a density up to half the rate of the ticks.
+        self.noise_codes = setting.density * libm::sqrt(Clock::RATE / 2.0) * self.codes_per_unit;
+        self.setting = setting;
+    }
+
+    pub(super) const fn is_on(&self) -> bool {
+        self.setting.divider != 0
+    }
+
+    /// The first tick from `tick` on that gives a sample, were it started.
+    pub(super) const fn next_sample(&self, tick: u64) -> Option<u64> {
+        if self.is_on() {
+            Some(tick.next_multiple_of(self.setting.divider))
+        } else {
+            None
+        }
+    }
+
+    /// One tick; whether a new sample came out.
+    pub(super) fn tick(
+        &mut self,
+        tick: u64,
+        tick_ns: u64,
+        input: [f64; 3],
+        noise: Option<&mut Random>,
+    ) -> bool {
+        const LAST: f64 = 32_767.0;
+        const FIRST: f64 = -32_768.0;
+        let mut x: [f64; 3] = core::array::from_fn(|axis| {
+            (input[axis] + self.setting.test_signal[axis]) * self.codes_per_unit
+        });
+        if let Some(random) = noise {
+            for x in &mut x {
+                *x += self.noise_codes * random.normal();
+            }
+        }
+        // What is not a number would stay in the filter for good.
+        let x = x.map(|x| {
+            if x.is_nan() {
+                0.0
+            } else {
+                x.clamp(FIRST, LAST)
+            }
+        });
+        let states = self
+            .states
+            .get_or_insert_with(|| x.map(|x| self.low_pass.settled(x)));
+        let mut y = [0.0; 3];
+        for ((y, state), x) in y.iter_mut().zip(states).zip(x) {
+            *y = self.low_pass.step(state, x);
+        }
+        let is_sample = tick.is_multiple_of(self.setting.divider) && tick_ns >= self.starts_ns;
+        if is_sample {
+            // The cast saturates.
+            self.codes = y.map(|y| libm::floor(y + 0.5) as i16);
+        }
+        is_sample
+    }
+}
+
+/// SI units per code, from `FS_XL`.
+pub(super) fn accel_full_scale(fs_xl: u8) -> AccelFullScale {
+    AccelFullScale::ALL
+        .into_iter()
+        .find(|full_scale| full_scale.code() == fs_xl)
+        .unwrap_or_default()
+}
+
+/// Full scale from `FS_G` and `FS_125`.
+pub(super) fn gyro_full_scale(fs_g: u8, fs_125: bool) -> GyroFullScale {
+    if fs_125 {
+        return GyroFullScale::Dps125;
+    }
+    GyroFullScale::ALL
+        .into_iter()
+        .find(|full_scale| full_scale.code() == fs_g && *full_scale != GyroFullScale::Dps125)
+        .unwrap_or_default()
+}
+
+/// m/s² per code.
+pub(super) fn accel_sensitivity(full_scale: AccelFullScale) -> f64 {
+    f64::from(full_scale.milli_g_per_code()) * 1.0e-3 * f64::from(STANDARD_GRAVITY)
+}
+
+/// rad/s per code.
+pub(super) fn gyro_sensitivity(full_scale: GyroFullScale) -> f64 {
+    f64::from(full_scale.milli_dps_per_code()) * 1.0e-3 * f64::from(DEGREE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Odr;
+
+    #[test]
+    fn every_data_rate_divides_the_clock_to_within_its_nominal_number() {
+        for odr in Odr::ALL {
+            let divider = divider(odr.code());
+            if odr == Odr::Off {
+                assert_eq!(divider, 0);
+            } else {
+                let rate = Clock::RATE / divider as f64;
+                // 12.5 Hz is 13.02 Hz: as with the part, by the formula in its datasheet.
+                assert!(
+                    (rate / f64::from(odr.hertz()) - 1.0).abs() < 0.05,
+                    "{odr:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn full_scales_are_found_by_their_codes() {
+        for full_scale in AccelFullScale::ALL {
+            assert_eq!(accel_full_scale(full_scale.code()), full_scale);
+        }
+        for full_scale in GyroFullScale::ALL {
+            let fs_125 = full_scale == GyroFullScale::Dps125;
+            assert_eq!(gyro_full_scale(full_scale.code(), fs_125), full_scale);
+        }
+    }
+
+    #[test]
+    fn a_code_is_the_nearest_multiple_and_ends_with_the_range() {
+        let mut channel = Channel::new();
+        channel.set(
+            Setting {
+                divider: 1,
+                cutoff: None,
+                sensitivity: 0.5,
+                density: 0.0,
+                test_signal: [0.0; 3],
+            },
+            0,
+            0,
+        );
+        assert!(channel.tick(0, 0, [0.74, -0.76, 1.0e9], None));
+        assert_eq!(channel.codes, [1, -2, i16::MAX]);
+        assert!(channel.tick(1, 0, [-1.0e9, f64::NAN, 0.0], None));
+        assert_eq!(channel.codes, [i16::MIN, 0, 0]);
+    }
+}

@@ -1,0 +1,257 @@
+//! The part's ends, to be handed to drivers.
+
+use core::cell::RefCell;
+use core::convert::Infallible;
+use core::fmt;
+use std::rc::Rc;
+
+use embedded_hal::i2c::{self, I2c, NoAcknowledgeSource, SevenBitAddress};
+use embedded_hal::spi::{self, Operation, SpiDevice};
+
+use super::fault::Fault;
+use super::part::Part;
+use crate::config::Pin;
+use crate::register::Register;
+
+/// A part that several hold: the buses, the delay, and the test that watches.
+#[derive(Clone, Debug)]
+pub struct SharedPart(Rc<RefCell<Part>>);
+
+impl SharedPart {
+    pub(super) fn new(part: Part) -> Self {
+        Self(Rc::new(RefCell::new(part)))
+    }
+
+    /// The part on SPI.
+    #[must_use]
+    pub fn spi(&self) -> SimSpi {
+        SimSpi(self.clone())
+    }
+
+    /// The part on I²C.
+    #[must_use]
+    pub fn i2c(&self) -> SimI2c {
+        SimI2c {
+            part: self.clone(),
+            address: 0,
+        }
+    }
+
+    /// A delay that lets the part's time pass.
+    #[must_use]
+    pub fn delay(&self) -> SimDelay {
+        SimDelay(self.clone())
+    }
+
+    /// Does something with the part itself. The part must not be asked for again meanwhile.
+    pub fn with<T>(&self, f: impl FnOnce(&mut Part) -> T) -> T {
+        f(&mut self.0.borrow_mut())
+    }
+
+    /// [`Part::advance_to`].
+    pub fn advance_to(&self, now_ns: u64) {
+        self.with(|part| part.advance_to(now_ns));
+    }
+
+    /// Lets so much time pass, ns.
+    pub fn advance_by(&self, ns: u64) {
+        self.with(|part| part.advance_to(part.now_ns() + ns));
+    }
+
+    /// [`Part::now_ns`].
+    #[must_use]
+    pub fn now_ns(&self) -> u64 {
+        self.with(|part| part.now_ns())
+    }
+
+    /// [`Part::inject`].
+    pub fn inject(&self, fault: Fault) {
+        self.with(|part| part.inject(fault));
+    }
+
+    /// [`Part::pin_is_high`].
+    #[must_use]
+    pub fn pin_is_high(&self, pin: Pin) -> bool {
+        self.with(|part| part.pin_is_high(pin))
+    }
+
+    /// [`Part::next_rising_edge_ns`].
+    #[must_use]
+    pub fn next_rising_edge_ns(&self, pin: Pin) -> Option<u64> {
+        self.with(|part| part.next_rising_edge_ns(pin))
+    }
+}
+
+/// The part on SPI: the first byte of a transaction is an address, its top bit set to read.
+#[derive(Clone, Debug)]
+pub struct SimSpi(SharedPart);
+
+/// Where in a transaction the bus is.
+#[derive(Clone, Copy)]
+enum Phase {
+    Address,
+    Reading(u8),
+    Writing(u8),
+}
+
+impl Phase {
+    /// One byte out, one byte in.
+    fn exchange(&mut self, part: &mut Part, out: u8) -> u8 {
+        part.byte_time();
+        match *self {
+            Self::Address => {
+                let address = out & !Register::READ;
+                *self = if out & Register::READ == 0 {
+                    Self::Writing(address)
+                } else {
+                    Self::Reading(address)
+                };
+                0
+            }
+            Self::Reading(address) => {
+                *self = Self::Reading(part.following(address));
+                part.read_bus(address)
+            }
+            Self::Writing(address) => {
+                *self = Self::Writing(part.following(address));
+                part.write_register(address, out);
+                0
+            }
+        }
+    }
+}
+
+impl spi::ErrorType for SimSpi {
+    type Error = Infallible;
+}
+
+impl SpiDevice for SimSpi {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+        let part = &mut *self.0.0.borrow_mut();
+        let mut phase = Phase::Address;
+        for operation in operations {
+            match operation {
+                Operation::Write(out) => {
+                    for byte in *out {
+                        phase.exchange(part, *byte);
+                    }
+                }
+                Operation::Read(back) => {
+                    for byte in back.iter_mut() {
+                        *byte = phase.exchange(part, 0);
+                    }
+                }
+                Operation::TransferInPlace(frame) => {
+                    for byte in frame.iter_mut() {
+                        *byte = phase.exchange(part, *byte);
+                    }
+                }
+                Operation::Transfer(back, out) => {
+                    for i in 0..back.len().max(out.len()) {
+                        let byte = phase.exchange(part, out.get(i).copied().unwrap_or(0));
+                        if let Some(back) = back.get_mut(i) {
+                            *back = byte;
+                        }
+                    }
+                }
+                Operation::DelayNs(ns) => part.advance_to(part.now_ns() + u64::from(*ns)),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl embedded_hal_async::spi::SpiDevice for SimSpi {
+    async fn transaction(
+        &mut self,
+        operations: &mut [Operation<'_, u8>],
+    ) -> Result<(), Infallible> {
+        SpiDevice::transaction(self, operations)
+    }
+}
+
+/// The part on I²C at 0x6A: a write sets the register's address, then its value.
+#[derive(Clone, Debug)]
+pub struct SimI2c {
+    part: SharedPart,
+    address: u8,
+}
+
+impl SimI2c {
+    /// Where the part answers with its SA0 pin low \[P\].
+    pub const ADDRESS: u8 = 0x6A;
+}
+
+/// Nobody answered: another address, or I²C is switched off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct I2cError;
+
+impl fmt::Display for I2cError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("no acknowledge")
+    }
+}
+
+impl core::error::Error for I2cError {}
+
+impl i2c::Error for I2cError {
+    fn kind(&self) -> i2c::ErrorKind {
+        i2c::ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address)
+    }
+}
+
+impl i2c::ErrorType for SimI2c {
+    type Error = I2cError;
+}
+
+impl I2c<SevenBitAddress> for SimI2c {
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [i2c::Operation<'_>],
+    ) -> Result<(), I2cError> {
+        let part = &mut *self.part.0.borrow_mut();
+        if address != Self::ADDRESS || !part.has_i2c() {
+            return Err(I2cError);
+        }
+        for operation in operations {
+            match operation {
+                i2c::Operation::Write(out) => {
+                    let Some((register, values)) = out.split_first() else {
+                        continue;
+                    };
+                    self.address = register & 0x7F;
+                    for value in values {
+                        part.byte_time();
+                        part.write_register(self.address, *value);
+                        self.address = part.following(self.address);
+                    }
+                }
+                i2c::Operation::Read(back) => {
+                    for byte in back.iter_mut() {
+                        part.byte_time();
+                        *byte = part.read_bus(self.address);
+                        self.address = part.following(self.address);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A delay that lets the part's time pass.
+#[derive(Clone, Debug)]
+pub struct SimDelay(SharedPart);
+
+impl embedded_hal::delay::DelayNs for SimDelay {
+    fn delay_ns(&mut self, ns: u32) {
+        self.0.advance_by(u64::from(ns));
+    }
+}
+
+impl embedded_hal_async::delay::DelayNs for SimDelay {
+    async fn delay_ns(&mut self, ns: u32) {
+        self.0.advance_by(u64::from(ns));
+    }
+}

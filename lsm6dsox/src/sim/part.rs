@@ -1,0 +1,506 @@
+//! The part as a whole: time, ticks, pins and faults.
+
+use std::boxed::Box;
+
+use super::batch::{Fifo, Mode};
+use super::bus::Words;
+use super::channel::{self, Channel, Setting};
+use super::clock::Clock;
+use super::fault::{Fault, Faults};
+use super::handle::SharedPart;
+use super::memory::{Memory, Offence};
+use super::motion::{Motion, Stimulus};
+use super::random::Random;
+use crate::config::{AccelFilter, Ftype, GyroFilter, Odr, Pin};
+use crate::fifo::tag;
+use crate::noise;
+use crate::register::{
+    self, counter_bdr_reg1, ctrl1_xl, ctrl2_g, ctrl3_c, ctrl4_c, ctrl5_c, ctrl6_c, ctrl8_xl,
+    fifo_ctrl2, fifo_ctrl3, fifo_ctrl4, int1_ctrl, int2_ctrl,
+};
+use crate::scale::{DEGREE, STANDARD_GRAVITY};
+
+/// A pulsed data-ready, ns \[D\].
+const PULSE_NS: u64 = 75_000;
+
+/// A software reset, ns \[D\].
+const RESET_NS: u64 = 50_000;
+
+/// From power-up until the part answers, ns \[P example\].
+const BOOT_NS: u64 = 10_000_000;
+
+/// From its data rate to the gyroscope's first sample, ns \[D\].
+const GYRO_TURN_ON_NS: u64 = 35_000_000;
+
+/// From its data rate to the accelerometer's first sample, ns; assumed.
+const ACCEL_TURN_ON_NS: u64 = 5_000_000;
+
+/// Ticks from one temperature to the next: 52 Hz.
+const TEMPERATURE_DIVIDER: u64 = 128;
+
+/// Where the gyroscope's cut-off is not known: this part of its data rate.
+const UNKNOWN_CUTOFF: f64 = 0.4;
+
+/// What one specimen is like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartOptions {
+    /// Decides noise, jitter and bit flips.
+    pub seed: u64,
+    /// By which fraction the clock is fast; `INTERNAL_FREQ_FINE` tells it in steps of 0.15 %.
+    pub clock_error: f64,
+    /// By how much an edge may be late, ns; each on its own.
+    pub jitter_ns: u32,
+    /// Whether there is noise. It takes three quarters of a run's time: with it, an hour
+    /// of 24 million ticks takes some seconds.
+    pub noise: bool,
+    /// Zero-g offset, m/s².
+    pub accel_bias: [f64; 3],
+    /// Zero-rate offset, rad/s.
+    pub gyro_bias: [f64; 3],
+    /// Change of the accelerometer under its test signal, m/s².
+    pub accel_test_signal: [f64; 3],
+    /// Change of the gyroscope under its test signal, rad/s.
+    pub gyro_test_signal: [f64; 3],
+    /// Time that passes with each byte on the bus, ns: 0, or 800 for 10 MHz.
+    pub byte_time_ns: u32,
+}
+
+impl Default for PartOptions {
+    /// A part without error or offset, with noise and 500 ns of jitter; 0.5 g and 400 °/s of
+    /// test signal; transfers take no time.
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            clock_error: 0.0,
+            jitter_ns: 500,
+            noise: true,
+            accel_bias: [0.0; 3],
+            gyro_bias: [0.0; 3],
+            accel_test_signal: [0.5 * f64::from(STANDARD_GRAVITY); 3],
+            gyro_test_signal: [400.0 * f64::from(DEGREE); 3],
+            byte_time_ns: 0,
+        }
+    }
+}
+
+/// What keeps the part from answering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Busy {
+    /// Booting: nothing answers.
+    Boot,
+    /// A software reset: `SW_RESET` reads 1, writes are lost.
+    Reset,
+}
+
+/// A simulated LSM6DSOX.
+pub struct Part {
+    pub(super) now_ns: u64,
+    pub(super) options: PartOptions,
+    pub(super) memory: Memory,
+    pub(super) words: Words,
+    pub(super) fifo: Fifo,
+    pub(super) faults: Faults,
+    pub(super) flips: Random,
+    pub(super) busy: Option<(Busy, u64)>,
+    /// What the timestamp counter read zero at, in steps; `None` while it is off.
+    pub(super) timestamp_zero: Option<u64>,
+    pub(super) clock: Clock,
+    next_tick: u64,
+    accel: Channel,
+    gyro: Channel,
+    accel_edge_ns: Option<u64>,
+    gyro_edge_ns: Option<u64>,
+    noise: Random,
+    motion: Box<dyn Motion>,
+}
+
+impl core::fmt::Debug for Part {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Part")
+            .field("now_ns", &self.now_ns)
+            .field("options", &self.options)
+            .field("faults", &self.faults)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Part {
+    /// A part just powered up that feels `motion`.
+    pub fn new(motion: impl Motion + 'static) -> Self {
+        Self::with_options(motion, PartOptions::default())
+    }
+
+    /// A particular specimen just powered up.
+    pub fn with_options(motion: impl Motion + 'static, options: PartOptions) -> Self {
+        Self {
+            now_ns: 0,
+            options,
+            memory: Memory::new(),
+            words: Words::default(),
+            fifo: Fifo::new(),
+            faults: Faults::default(),
+            flips: Random::new(options.seed ^ 0xF11F),
+            busy: Some((Busy::Boot, BOOT_NS)),
+            timestamp_zero: None,
+            clock: Clock::new(1.0 + options.clock_error, options.jitter_ns, options.seed),
+            next_tick: 0,
+            accel: Channel::new(),
+            gyro: Channel::new(),
+            accel_edge_ns: None,
+            gyro_edge_ns: None,
+            noise: Random::new(options.seed),
+            motion: Box::new(motion),
+        }
+    }
+
+    /// The part with its ends: buses and a delay.
+    #[must_use]
+    pub fn shared(self) -> SharedPart {
+        SharedPart::new(self)
+    }
+
+    /// Time since power-up, ns.
+    #[must_use]
+    pub const fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// What was done to the registers that must not be done, in order; the first 256.
+    #[must_use]
+    pub fn offences(&self) -> &[Offence] {
+        self.memory.offences()
+    }
+
+    /// Lets time pass until `now_ns` since power-up. Time does not run backwards.
+    pub fn advance_to(&mut self, now_ns: u64) {
+        let now_ps = now_ns.saturating_mul(1000);
+        while self.measures() {
+            let tick_ps = self.clock.tick_ps(self.next_tick);
+            if tick_ps > now_ps {
+                break;
+            }
+            let tick = self.next_tick;
+            self.next_tick += 1;
+            self.tick(tick, tick_ps);
+        }
+        self.now_ns = self.now_ns.max(now_ns);
+        if let Some((_, until_ns)) = self.busy
+            && until_ns <= self.now_ns
+        {
+            self.busy = None;
+        }
+    }
+
+    /// Puts a fault into force.
+    pub fn inject(&mut self, fault: Fault) {
+        match fault {
+            Fault::MisoStuckLow => self.faults.stuck = Some(0x00),
+            Fault::MisoStuckHigh => self.faults.stuck = Some(0xFF),
+            Fault::BitFlips { per_million } => self.faults.flips_per_million = per_million,
+            Fault::WrongId(id) => self.faults.id = Some(id),
+            Fault::Reset => self.restart(Busy::Boot, BOOT_NS),
+            Fault::DataReadyLost => self.faults.pins_lost = true,
+            Fault::DataReadyStorm { period_ns } => {
+                self.faults.storm_period_ns = Some(u64::from(period_ns).max(2));
+            }
+            Fault::FrozenOutput => self.faults.frozen = true,
+            Fault::Saturation => self.faults.saturated = true,
+            Fault::ClockRatio(ratio) => self.set_clock_ratio(ratio),
+        }
+    }
+
+    /// Takes all faults away. What a reset has done stays done.
+    pub fn clear_faults(&mut self) {
+        self.faults = Faults::default();
+        self.set_clock_ratio(1.0);
+    }
+
+    fn set_clock_ratio(&mut self, ratio: f64) {
+        let ratio = (1.0 + self.options.clock_error) * ratio;
+        self.clock.set_ratio(ratio, self.now_ns * 1000);
+        self.next_tick = self.clock.next_tick(self.now_ns * 1000);
+    }
+
+    /// All settings gone, and busy for a while.
+    fn restart(&mut self, busy: Busy, duration_ns: u64) {
+        self.memory.reset();
+        self.fifo.clear();
+        self.words = Words::default();
+        self.timestamp_zero = None;
+        self.settings_changed();
+        self.busy = Some((busy, self.now_ns + duration_ns));
+    }
+
+    pub(super) fn software_reset(&mut self) {
+        self.restart(Busy::Reset, RESET_NS);
+    }
+
+    pub(super) fn reboot(&mut self) {
+        self.restart(Busy::Boot, BOOT_NS);
+    }
+
+    const fn measures(&self) -> bool {
+        self.accel.is_on() || self.gyro.is_on()
+    }
+
+    /// Takes the signal paths' settings from the registers.
+    pub(super) fn settings_changed(&mut self) {
+        let asleep = !self.measures();
+        let (accel, gyro) = (self.accel_setting(), self.gyro_setting());
+        self.accel.set(accel, self.now_ns, ACCEL_TURN_ON_NS);
+        self.gyro.set(gyro, self.now_ns, GYRO_TURN_ON_NS);
+        if asleep {
+            // The ticks of a part asleep have gone by unnoticed.
+            self.next_tick = self.clock.next_tick(self.now_ns * 1000);
+        }
+        if Mode::of(fifo_ctrl4::FIFO_MODE.of(self.memory.get(register::FIFO_CTRL4))) == Mode::Bypass
+        {
+            self.fifo.clear();
+        }
+    }
+
+    fn accel_setting(&self) -> Setting {
+        let ctrl1 = self.memory.get(register::CTRL1_XL);
+        let odr_code = ctrl1_xl::ODR_XL.of(ctrl1);
+        let full_scale = channel::accel_full_scale(ctrl1_xl::FS_XL.of(ctrl1));
+        let rate = nominal_rate(odr_code);
+        let filter = if ctrl1_xl::LPF2_XL_EN.is_set(ctrl1) {
+            let hpcf = ctrl8_xl::HPCF_XL.of(self.memory.get(register::CTRL8_XL));
+            AccelFilter::ALL[usize::from(hpcf) + 1]
+        } else {
+            AccelFilter::OdrDiv2
+        };
+        let sign = match ctrl5_c::ST_XL.of(self.memory.get(register::CTRL5_C)) {
+            0b01 => 1.0,
+            0b10 => -1.0,
+            _ => 0.0,
+        };
+        let density = noise::accel_micro_g_per_root_hertz(full_scale);
+        Setting {
+            divider: channel::divider(odr_code),
+            cutoff: Some(rate / f64::from(filter.divisor())),
+            sensitivity: channel::accel_sensitivity(full_scale),
+            density: f64::from(density) * 1.0e-6 * f64::from(STANDARD_GRAVITY),
+            test_signal: self.options.accel_test_signal.map(|signal| sign * signal),
+        }
+    }
+
+    fn gyro_setting(&self) -> Setting {
+        let ctrl2 = self.memory.get(register::CTRL2_G);
+        let odr_code = ctrl2_g::ODR_G.of(ctrl2);
+        let full_scale =
+            channel::gyro_full_scale(ctrl2_g::FS_G.of(ctrl2), ctrl2_g::FS_125.is_set(ctrl2));
+        let filter = if ctrl4_c::LPF1_SEL_G.is_set(self.memory.get(register::CTRL4_C)) {
+            let ftype = ctrl6_c::FTYPE.of(self.memory.get(register::CTRL6_C));
+            GyroFilter::Lpf1(Ftype::ALL[usize::from(ftype)])
+        } else {
+            GyroFilter::Lpf2
+        };
+        let cutoff = filter
+            .cutoff(odr(odr_code))
+            .map_or(UNKNOWN_CUTOFF * nominal_rate(odr_code), f64::from);
+        let sign = match ctrl5_c::ST_G.of(self.memory.get(register::CTRL5_C)) {
+            0b01 => 1.0,
+            0b11 => -1.0,
+            _ => 0.0,
+        };
+        // The gyroscope has no 1.6 Hz rate.
+        let divider = if odr_code > 10 {
+            0
+        } else {
+            channel::divider(odr_code)
+        };
+        Setting {
+            divider,
+            cutoff: Some(cutoff),
+            sensitivity: channel::gyro_sensitivity(full_scale),
+            density: f64::from(noise::GYRO_MILLI_DPS_PER_ROOT_HERTZ) * 1.0e-3 * f64::from(DEGREE),
+            test_signal: self.options.gyro_test_signal.map(|signal| sign * signal),
+        }
+    }
+
+    fn tick(&mut self, tick: u64, tick_ps: u64) {
+        let tick_ns = tick_ps.div_ceil(1000);
+        let Stimulus {
+            specific_force,
+            angular_rate,
+            temperature,
+        } = self.motion.at(tick_ps as f64 * 1.0e-12);
+        let add = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|axis| a[axis] + b[axis]);
+        let block = ctrl3_c::BDU.is_set(self.memory.get(register::CTRL3_C));
+        let mut noise = self.options.noise.then_some(&mut self.noise);
+
+        let mut gyro_sample = false;
+        if self.gyro.is_on() {
+            let input = add(angular_rate, self.options.gyro_bias);
+            gyro_sample = self.gyro.tick(tick, tick_ns, input, noise.as_deref_mut());
+        }
+        let mut accel_sample = false;
+        if self.accel.is_on() {
+            let input = add(specific_force, self.options.accel_bias);
+            accel_sample = self.accel.tick(tick, tick_ns, input, noise);
+        }
+        if gyro_sample {
+            self.gyro_edge_ns = Some(tick_ns);
+            let codes = self.broken(self.gyro.codes);
+            self.words.update_gyro(codes, block);
+        }
+        if accel_sample {
+            self.accel_edge_ns = Some(tick_ns);
+            let codes = self.broken(self.accel.codes);
+            self.words.update_accel(codes, block);
+        }
+        if tick.is_multiple_of(TEMPERATURE_DIVIDER) {
+            let code = libm::floor((temperature - 25.0) * 256.0 + 0.5) as i16;
+            self.words.update_temperature(code, block);
+        }
+        self.batch(tick, tick_ps);
+    }
+
+    /// The codes as a broken part puts them out; `None` where the old ones stay.
+    const fn broken(&self, codes: [i16; 3]) -> Option<[i16; 3]> {
+        if self.faults.frozen {
+            None
+        } else if self.faults.saturated {
+            Some([i16::MAX, i16::MIN, i16::MAX])
+        } else {
+            Some(codes)
+        }
+    }
+
+    /// Puts this tick's words into the FIFO.
+    fn batch(&mut self, tick: u64, tick_ps: u64) {
+        let ctrl4 = self.memory.get(register::FIFO_CTRL4);
+        let mode = Mode::of(fifo_ctrl4::FIFO_MODE.of(ctrl4));
+        if mode == Mode::Bypass {
+            return;
+        }
+        let rates = self.memory.get(register::FIFO_CTRL3);
+        let due = |channel: &Channel, code: u8| {
+            let divider = channel::divider(code);
+            channel.is_on()
+                && divider != 0
+                && tick.is_multiple_of(divider)
+                && tick_ps >= channel.starts_ns * 1000
+        };
+        let gyro = due(&self.gyro, fifo_ctrl3::BDR_GY.of(rates));
+        let accel = due(&self.accel, fifo_ctrl3::BDR_XL.of(rates));
+        if !gyro && !accel {
+            return;
+        }
+        self.fifo.next_slot();
+        if gyro {
+            self.fifo.push(mode, tag::GYRO, self.words.gyro_bytes());
+        }
+        if accel {
+            self.fifo.push(mode, tag::ACCEL, self.words.accel_bytes());
+        }
+        if fifo_ctrl4::ODR_TS_BATCH.of(ctrl4) == 1 {
+            let [b0, b1, b2, b3] = self.timestamp_at(tick_ps).to_le_bytes();
+            self.fifo.push(mode, tag::TIMESTAMP, [b0, b1, b2, b3, 0, 0]);
+        }
+    }
+
+    pub(super) fn timestamp_at(&self, now_ps: u64) -> u32 {
+        // 32 bits of it: the counter wraps.
+        self.timestamp_zero
+            .map_or(0, |zero| self.clock.steps(now_ps).wrapping_sub(zero) as u32)
+    }
+
+    pub(super) fn watermark(&self) -> u16 {
+        u16::from_le_bytes([
+            self.memory.get(register::FIFO_CTRL1),
+            fifo_ctrl2::WTM8.of(self.memory.get(register::FIFO_CTRL2)),
+        ])
+    }
+
+    /// Whether accelerometer, gyroscope and watermark drive a pin.
+    fn routing(&self, pin: Pin) -> (bool, bool, bool) {
+        let (int1, int2) = (
+            self.memory.get(register::INT1_CTRL),
+            self.memory.get(register::INT2_CTRL),
+        );
+        match pin {
+            Pin::Int1 => (
+                int1_ctrl::DRDY_XL.is_set(int1),
+                int1_ctrl::DRDY_G.is_set(int1),
+                int1_ctrl::FIFO_TH.is_set(int1),
+            ),
+            Pin::Int2 => (
+                int2_ctrl::DRDY_XL.is_set(int2),
+                int2_ctrl::DRDY_G.is_set(int2),
+                int2_ctrl::FIFO_TH.is_set(int2),
+            ),
+        }
+    }
+
+    fn pulsed(&self) -> bool {
+        counter_bdr_reg1::DATAREADY_PULSED.is_set(self.memory.get(register::COUNTER_BDR_REG1))
+    }
+
+    /// Whether a pin is high now.
+    #[must_use]
+    pub fn pin_is_high(&self, pin: Pin) -> bool {
+        if self.faults.pins_lost {
+            return false;
+        }
+        if let Some(period) = self.faults.storm_period_ns {
+            return self.now_ns % period < period / 2;
+        }
+        let (accel, gyro, watermark) = self.routing(pin);
+        let recent = |edge: Option<u64>| edge.is_some_and(|edge| self.now_ns < edge + PULSE_NS);
+        let (accel_ready, gyro_ready) = if self.pulsed() {
+            (recent(self.accel_edge_ns), recent(self.gyro_edge_ns))
+        } else {
+            (self.words.accel_fresh, self.words.gyro_fresh)
+        };
+        (accel && accel_ready)
+            || (gyro && gyro_ready)
+            || (watermark && self.fifo.reached(self.watermark()))
+    }
+
+    /// When a pin next rises by a data-ready, ns since power-up, later than now: `None` where it
+    /// will not, or not before somebody reads the sample that holds it high.
+    #[must_use]
+    pub fn next_rising_edge_ns(&self, pin: Pin) -> Option<u64> {
+        if self.faults.pins_lost {
+            return None;
+        }
+        if let Some(period) = self.faults.storm_period_ns {
+            return Some((self.now_ns / period + 1) * period);
+        }
+        let (accel, gyro, _) = self.routing(pin);
+        if !self.pulsed() && self.pin_is_high(pin) {
+            return None;
+        }
+        let edge = |routed: bool, channel: &Channel| {
+            routed.then(|| self.next_sample_ns(channel)).flatten()
+        };
+        [edge(accel, &self.accel), edge(gyro, &self.gyro)]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    fn next_sample_ns(&self, channel: &Channel) -> Option<u64> {
+        let starts_ps = channel.starts_ns * 1000;
+        let mut tick = self.next_tick;
+        if starts_ps > self.clock.tick_ps(tick) {
+            tick = self.clock.next_tick(starts_ps.saturating_sub(1));
+        }
+        let tick = channel.next_sample(tick)?;
+        Some(self.clock.tick_ps(tick).div_ceil(1000))
+    }
+}
+
+fn odr(code: u8) -> Odr {
+    Odr::ALL
+        .into_iter()
+        .find(|odr| odr.code() == code)
+        .unwrap_or_default()
+}
+
+/// Hz by ST's names, for the cut-offs that are fractions of it.
+fn nominal_rate(odr_code: u8) -> f64 {
+    f64::from(odr(odr_code).hertz())
+}
