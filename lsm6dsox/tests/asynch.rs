@@ -1,0 +1,90 @@
+//! The asynchronous driver, on a bus and a delay that really make it wait.
+
+mod common;
+
+use core::convert::Infallible;
+use core::future::poll_fn;
+use core::pin::pin;
+use core::task::{Context, Poll, Waker};
+
+use common::{QUIET, part, sensor};
+use embedded_hal_async::delay::DelayNs;
+use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
+use lsm6dsox::{Config, asynch};
+
+/// Whatever it holds answers at the second asking.
+struct Late<T>(T);
+
+async fn wait_once() {
+    let mut asked = false;
+    poll_fn(|context| {
+        if asked {
+            return Poll::Ready(());
+        }
+        asked = true;
+        context.waker().wake_by_ref();
+        Poll::Pending
+    })
+    .await;
+}
+
+impl<T> ErrorType for Late<T> {
+    type Error = Infallible;
+}
+
+impl<T: SpiDevice<Error = Infallible>> SpiDevice for Late<T> {
+    async fn transaction(
+        &mut self,
+        operations: &mut [Operation<'_, u8>],
+    ) -> Result<(), Infallible> {
+        wait_once().await;
+        self.0.transaction(operations).await
+    }
+}
+
+impl<T: DelayNs> DelayNs for Late<T> {
+    async fn delay_ns(&mut self, ns: u32) {
+        wait_once().await;
+        self.0.delay_ns(ns).await;
+    }
+}
+
+/// Runs a future; how often it had to wait.
+fn run<F: Future>(future: F) -> (F::Output, usize) {
+    let mut future = pin!(future);
+    let mut context = Context::from_waker(Waker::noop());
+    let mut waits = 0;
+    loop {
+        match future.as_mut().poll(&mut context) {
+            Poll::Ready(output) => return (output, waits),
+            Poll::Pending => waits += 1,
+        }
+    }
+}
+
+#[test]
+fn both_drivers_bring_the_part_up_alike_and_read_the_same_sample() {
+    let part = part(QUIET);
+    let mut late = asynch::Lsm6dsox::new(Late(part.spi()), Config::FRESH_KILOHERTZ);
+    let (result, waits) = run(late.init(&mut Late(part.delay())));
+    assert_eq!(result, Ok(()));
+    // Identity, reset, one look at it, sixteen writes and as many readings, three delays.
+    assert_eq!(waits, 3 + 2 * Config::WRITES + 3);
+    part.advance_by(1_000_000);
+    let (sample, waits) = run(late.sample());
+    assert_eq!(waits, 1);
+
+    let other = common::part(QUIET);
+    let mut blocking = sensor(&other, Config::FRESH_KILOHERTZ);
+    assert_eq!(sample, blocking.sample());
+    assert!(sample.unwrap().is_fresh());
+}
+
+#[test]
+fn the_self_test_runs_there_too() {
+    let part = part(QUIET);
+    let mut late = asynch::Lsm6dsox::new(Late(part.spi()), Config::FRESH_KILOHERTZ);
+    part.advance_by(10_000_000);
+    let (result, _) = run(late.self_test(&mut Late(part.delay())));
+    assert!(result.unwrap().passed());
+}

@@ -1,0 +1,123 @@
+//! No bytes on the bus, in either direction, make anybody panic.
+
+mod common;
+
+use core::convert::Infallible;
+
+use common::{QUIET, part};
+use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
+use embedded_hal_mock::eh1::delay::NoopDelay;
+use lsm6dsox::sim::{Fault, PartOptions};
+use lsm6dsox::{Config, FifoWord, FrozenDetector, Lsm6dsox, Pin, RawSample};
+use proptest::prelude::*;
+
+/// A bus on which anything may come back.
+struct Babble {
+    bytes: Vec<u8>,
+    next: usize,
+}
+
+impl Babble {
+    fn fill(&mut self, buffer: &mut [u8]) {
+        for byte in buffer {
+            *byte = self.bytes[self.next % self.bytes.len()];
+            self.next += 1;
+        }
+    }
+}
+
+impl ErrorType for Babble {
+    type Error = Infallible;
+}
+
+impl SpiDevice for Babble {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+        for operation in operations {
+            match operation {
+                Operation::Read(buffer)
+                | Operation::Transfer(buffer, _)
+                | Operation::TransferInPlace(buffer) => self.fill(buffer),
+                Operation::Write(_) | Operation::DelayNs(_) => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Everything a driver does, whatever comes of it.
+fn exercise<SPI: SpiDevice>(
+    sensor: &mut Lsm6dsox<SPI>,
+    delay: &mut impl embedded_hal::delay::DelayNs,
+) {
+    let _ = sensor.init(delay);
+    let _ = sensor.verify();
+    let mut frozen = FrozenDetector::new();
+    for _ in 0..4 {
+        if let Ok(sample) = sensor.sample() {
+            frozen.update(&sample);
+            let si = sample.to_si();
+            assert!(si.specific_force.into_iter().all(|x| x.abs() < 157.0));
+            assert!(si.angular_rate.into_iter().all(|x| x.abs() < 41.0));
+        }
+    }
+    let _ = sensor.status();
+    let _ = sensor.timestamp();
+    let _ = sensor.frequency_fine();
+    let mut buffer = [[0; 7]; 16];
+    if let Ok(batch) = sensor.read_fifo(&mut buffer) {
+        assert!(batch.words().count() <= 16);
+    }
+    let _ = sensor.self_test(delay);
+    let _ = sensor.power_down();
+}
+
+proptest! {
+    #[test]
+    fn the_driver_bears_any_bytes(bytes in prop::collection::vec(any::<u8>(), 1..400)) {
+        let mut sensor = Lsm6dsox::new(Babble { bytes, next: 0 }, Config::FRESH_KILOHERTZ);
+        exercise(&mut sensor, &mut NoopDelay::new());
+    }
+
+    /// Bytes mostly right get further into the driver than bytes at random.
+    #[test]
+    fn the_driver_bears_a_part_on_a_bad_line(seed in any::<u64>(), per_million in 0_u32..20_000) {
+        let part = part(PartOptions { seed, noise: true, ..QUIET });
+        part.inject(Fault::BitFlips { per_million });
+        let mut sensor = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
+        exercise(&mut sensor, &mut part.delay());
+    }
+
+    #[test]
+    fn a_sample_is_decoded_from_any_bytes(bytes in any::<[u8; 16]>()) {
+        let decoded = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ);
+        prop_assert_eq!(decoded.is_ok(), bytes[0] < 8);
+        if let Ok(sample) = decoded {
+            prop_assert_eq!(sample.specific_force.codes[2].to_le_bytes(), [bytes[14], bytes[15]]);
+        }
+    }
+
+    #[test]
+    fn a_fifo_word_is_decoded_from_any_bytes(bytes in any::<[u8; 7]>()) {
+        let decoded = FifoWord::decode(bytes, &Config::FRESH_KILOHERTZ);
+        prop_assert_eq!(decoded.is_ok(), bytes[0].count_ones() % 2 == 0);
+    }
+
+    #[test]
+    fn the_simulated_part_bears_any_transaction(
+        transactions in prop::collection::vec(
+            (prop::collection::vec(any::<u8>(), 1..40), 0_u64..3_000_000),
+            1..60,
+        ),
+    ) {
+        let part = part(PartOptions { noise: true, ..QUIET });
+        part.advance_by(10_000_000);
+        for (mut frame, ns) in transactions {
+            part.spi().transfer_in_place(&mut frame).unwrap();
+            part.advance_by(ns);
+            for pin in [Pin::Int1, Pin::Int2] {
+                let edge = part.next_rising_edge_ns(pin);
+                prop_assert!(edge.is_none_or(|edge| edge >= part.now_ns()));
+            }
+        }
+    }
+}
