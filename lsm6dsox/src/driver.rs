@@ -7,7 +7,7 @@ use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
 use embedded_hal::delay::DelayNs;
-use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
+use embedded_hal::spi::{ErrorType, MODE_3, Mode, Operation, SpiDevice};
 
 use crate::asynch;
 use crate::config::Config;
@@ -16,6 +16,12 @@ use crate::fifo::{FifoBatch, FifoStatus, WordBytes};
 use crate::sample::{RawSample, Status};
 use crate::self_test::SelfTest;
 use crate::timestamp::{FrequencyFine, SensorTimestamp};
+
+/// How the part's SPI is clocked; mode 0 does too \[D\].
+pub const SPI_MODE: Mode = MODE_3;
+
+/// The fastest clock of the part's SPI, Hz \[D\]. Clock dividers that round up go beyond it.
+pub const SPI_MAX_HERTZ: u32 = 10_000_000;
 
 /// A blocking bus or delay with the face of an asynchronous one.
 #[derive(Debug)]

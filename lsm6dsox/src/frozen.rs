@@ -4,10 +4,10 @@ use crate::sample::RawSample;
 
 /// Notices when fresh samples stop changing.
 ///
-/// Each of six codes scatters by its sensor's noise, at the kilohertz preset by 4 codes of
-/// specific force and 1 of angular rate: the odds that all six repeat are about one in
-/// 20 000, and that they do so eight times in a row are none. A range so wide or a filter so
-/// narrow that the noise is below one code takes this away.
+/// Each of the six codes scatters by its sensor's noise, at rest at the kilohertz preset by four
+/// codes of specific force and one of angular rate: the odds that all six repeat are about one
+/// in 200 000, and that they do so eight times in a row are none. Where the noise is below one
+/// code, behind a narrow filter or at the end of the range, repeats are no sign of anything.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrozenDetector {
     last: RawSample,

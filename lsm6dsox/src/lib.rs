@@ -79,7 +79,7 @@ pub use config::{
     AccelFilter, AccelParams, Config, DataReady, DataReadyMode, FifoParams, Ftype, GyroFilter,
     GyroParams, Odr, Params, ParamsError, Pin, Sensor,
 };
-pub use driver::Lsm6dsox;
+pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE};
 pub use error::Error;
 pub use fifo::{FifoBatch, FifoData, FifoStatus, FifoWord, TagParityError, WordBytes};
 pub use frozen::FrozenDetector;
@@ -88,3 +88,8 @@ pub use sample::{RawSample, Sample, Status};
 pub use scale::{AccelFullScale, Codes, GyroFullScale, TemperatureCode};
 pub use self_test::SelfTest;
 pub use timestamp::{FrequencyFine, SensorTimestamp};
+
+/// The README's examples compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -83,7 +83,10 @@ mod tests {
     #[test]
     fn half_the_power_is_left_at_the_cut_off() {
         for cutoff in [12.5, 333.35, 335.0, 1442.0] {
-            assert!((gain(cutoff, cutoff) - 0.7071).abs() < 0.01, "{cutoff}");
+            assert!(
+                (gain(cutoff, cutoff) - core::f64::consts::FRAC_1_SQRT_2).abs() < 0.01,
+                "{cutoff}"
+            );
         }
     }
 
