@@ -119,7 +119,7 @@ impl FifoWord {
     /// Takes a word apart. Its codes get the scales of `config`.
     ///
     /// # Errors
-    /// Where the tag byte has an odd number of ones \[P\].
+    /// Where the tag byte has an odd number of ones \[P, ST's FIFO utility\].
     pub const fn decode(bytes: WordBytes, config: &Config) -> Result<Self, TagParityError> {
         let [tag, b0, b1, b2, b3, b4, b5] = bytes;
         if !tag.count_ones().is_multiple_of(2) {

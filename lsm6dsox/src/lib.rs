@@ -5,6 +5,7 @@
 //! | step | module |
 //! |---|---|
 //! | the registers: addresses, fields, values after reset | [`register`] |
+//! | data rates, filters, pins | [`setting`] |
 //! | settings, checked, and their register values | [`config`] |
 //! | init, burst, FIFO, self-test on the bus | [`driver`] (blocking), [`asynch`] |
 //! | sixteen bytes → codes that carry their scale → SI units | [`sample`], [`scale`] |
@@ -69,16 +70,14 @@ pub mod register;
 pub mod sample;
 pub mod scale;
 pub mod self_test;
+pub mod setting;
 // The part runs on hosts only, where its indices are checked by tests over random transactions.
 #[cfg(feature = "sim")]
 #[allow(clippy::indexing_slicing)]
 pub mod sim;
 pub mod timestamp;
 
-pub use config::{
-    AccelFilter, AccelParams, Config, DataReady, DataReadyMode, FifoParams, Ftype, GyroFilter,
-    GyroParams, Odr, Params, ParamsError, Pin, Sensor,
-};
+pub use config::{AccelParams, Config, DataReady, FifoParams, GyroParams, Params, ParamsError};
 pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE};
 pub use error::Error;
 pub use fifo::{FifoBatch, FifoData, FifoStatus, FifoWord, TagParityError, WordBytes};
@@ -87,6 +86,7 @@ pub use noise::Noise;
 pub use sample::{RawSample, Sample, Status};
 pub use scale::{AccelFullScale, Codes, GyroFullScale, TemperatureCode};
 pub use self_test::SelfTest;
+pub use setting::{AccelFilter, DataReadyMode, Ftype, GyroFilter, Odr, Pin, Sensor};
 pub use timestamp::{FrequencyFine, SensorTimestamp};
 
 /// The README's examples compile.

@@ -2,8 +2,9 @@
 //!
 //! The estimator's kernel bandwidths come from here, and so follow the sensor's setting.
 
-use crate::config::{Config, Odr};
+use crate::config::Config;
 use crate::scale::{AccelFullScale, DEGREE, STANDARD_GRAVITY};
+use crate::setting::Odr;
 
 /// The gyroscope's noise density, m°/s/√Hz, at any full scale \[D, S\].
 pub const GYRO_MILLI_DPS_PER_ROOT_HERTZ: f32 = 3.8;
@@ -55,7 +56,8 @@ impl Config {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{AccelFilter, GyroFilter, Params};
+    use crate::config::Params;
+    use crate::setting::{AccelFilter, GyroFilter};
 
     #[test]
     fn the_preset_scatters_by_2_0_mg_and_0_070_degrees_a_second() {

@@ -1,7 +1,7 @@
 //! The registers in use: the one description that the drivers and the simulated part share.
 //!
-//! Addresses and bit fields are those of ST's own C driver \[P\]; values after reset and the
-//! self-clearing bits are the datasheet's of the register-compatible LSM6DSO family \[D\].
+//! Addresses, bit fields and the identity are those of ST's own C driver \[P\]; the other values
+//! after reset are secondary \[S\]; the drivers write what they set in full.
 
 /// What the bus may do with a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

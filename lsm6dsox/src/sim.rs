@@ -32,6 +32,8 @@ mod handle;
 mod memory;
 mod motion;
 mod part;
+mod paths;
+mod pins;
 mod random;
 
 pub use fault::Fault;

@@ -23,7 +23,7 @@ impl SensorTimestamp {
 }
 
 /// `INTERNAL_FREQ_FINE`: by how much the part's clock is off, as measured when it was made;
-/// steps of 0.15 %. It holds for the data rates and the timestamp alike.
+/// steps of 0.15 % \[D; P of a sibling\]. It holds for the data rates and the timestamp alike.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrequencyFine(pub i8);

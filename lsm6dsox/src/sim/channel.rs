@@ -172,7 +172,7 @@ pub(super) fn gyro_sensitivity(full_scale: GyroFullScale) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Odr;
+    use crate::setting::Odr;
 
     #[test]
     fn every_data_rate_divides_the_clock_to_within_its_nominal_number() {

@@ -10,8 +10,8 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 
 use super::fault::Fault;
 use super::part::Part;
-use crate::config::Pin;
 use crate::register::Register;
+use crate::setting::Pin;
 
 /// A part that several hold: the buses, the delay, and the test that watches.
 #[derive(Clone, Debug)]

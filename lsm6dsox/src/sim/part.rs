@@ -1,29 +1,21 @@
-//! The part as a whole: time, ticks, pins and faults.
+//! The part as a whole: time, ticks, resets and faults.
 
 use std::boxed::Box;
 
 use super::batch::{Fifo, Mode};
 use super::bus::Words;
-use super::channel::{self, Channel, Setting};
+use super::channel::{self, Channel};
 use super::clock::Clock;
 use super::fault::{Fault, Faults};
 use super::handle::SharedPart;
 use super::memory::{Memory, Offence};
 use super::motion::{Motion, Stimulus};
 use super::random::Random;
-use crate::config::{AccelFilter, Ftype, GyroFilter, Odr, Pin};
 use crate::fifo::tag;
-use crate::noise;
-use crate::register::{
-    self, counter_bdr_reg1, ctrl1_xl, ctrl2_g, ctrl3_c, ctrl4_c, ctrl5_c, ctrl6_c, ctrl8_xl,
-    fifo_ctrl2, fifo_ctrl3, fifo_ctrl4, int1_ctrl, int2_ctrl,
-};
+use crate::register::{self, ctrl3_c, fifo_ctrl2, fifo_ctrl3, fifo_ctrl4};
 use crate::scale::{DEGREE, STANDARD_GRAVITY};
 
-/// A pulsed data-ready, ns \[D\].
-const PULSE_NS: u64 = 75_000;
-
-/// A software reset, ns \[D\].
+/// A software reset, ns \[S\].
 const RESET_NS: u64 = 50_000;
 
 /// From power-up until the part answers, ns \[P example\].
@@ -37,9 +29,6 @@ const ACCEL_TURN_ON_NS: u64 = 5_000_000;
 
 /// Ticks from one temperature to the next: 52 Hz.
 const TEMPERATURE_DIVIDER: u64 = 128;
-
-/// Where the gyroscope's cut-off is not known: this part of its data rate.
-const UNKNOWN_CUTOFF: f64 = 0.4;
 
 /// What one specimen is like.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,11 +94,11 @@ pub struct Part {
     /// What the timestamp counter read zero at, in steps; `None` while it is off.
     pub(super) timestamp_zero: Option<u64>,
     pub(super) clock: Clock,
-    next_tick: u64,
-    accel: Channel,
-    gyro: Channel,
-    accel_edge_ns: Option<u64>,
-    gyro_edge_ns: Option<u64>,
+    pub(super) next_tick: u64,
+    pub(super) accel: Channel,
+    pub(super) gyro: Channel,
+    pub(super) accel_edge_ns: Option<u64>,
+    pub(super) gyro_edge_ns: Option<u64>,
     noise: Random,
     motion: Box<dyn Motion>,
 }
@@ -259,66 +248,6 @@ impl Part {
         }
     }
 
-    fn accel_setting(&self) -> Setting {
-        let ctrl1 = self.memory.get(register::CTRL1_XL);
-        let odr_code = ctrl1_xl::ODR_XL.of(ctrl1);
-        let full_scale = channel::accel_full_scale(ctrl1_xl::FS_XL.of(ctrl1));
-        let rate = nominal_rate(odr_code);
-        let filter = if ctrl1_xl::LPF2_XL_EN.is_set(ctrl1) {
-            let hpcf = ctrl8_xl::HPCF_XL.of(self.memory.get(register::CTRL8_XL));
-            AccelFilter::ALL[usize::from(hpcf) + 1]
-        } else {
-            AccelFilter::OdrDiv2
-        };
-        let sign = match ctrl5_c::ST_XL.of(self.memory.get(register::CTRL5_C)) {
-            0b01 => 1.0,
-            0b10 => -1.0,
-            _ => 0.0,
-        };
-        let density = noise::accel_micro_g_per_root_hertz(full_scale);
-        Setting {
-            divider: channel::divider(odr_code),
-            cutoff: Some(rate / f64::from(filter.divisor())),
-            sensitivity: channel::accel_sensitivity(full_scale),
-            density: f64::from(density) * 1.0e-6 * f64::from(STANDARD_GRAVITY),
-            test_signal: self.options.accel_test_signal.map(|signal| sign * signal),
-        }
-    }
-
-    fn gyro_setting(&self) -> Setting {
-        let ctrl2 = self.memory.get(register::CTRL2_G);
-        let odr_code = ctrl2_g::ODR_G.of(ctrl2);
-        let full_scale =
-            channel::gyro_full_scale(ctrl2_g::FS_G.of(ctrl2), ctrl2_g::FS_125.is_set(ctrl2));
-        let filter = if ctrl4_c::LPF1_SEL_G.is_set(self.memory.get(register::CTRL4_C)) {
-            let ftype = ctrl6_c::FTYPE.of(self.memory.get(register::CTRL6_C));
-            GyroFilter::Lpf1(Ftype::ALL[usize::from(ftype)])
-        } else {
-            GyroFilter::Lpf2
-        };
-        let cutoff = filter
-            .cutoff(odr(odr_code))
-            .map_or(UNKNOWN_CUTOFF * nominal_rate(odr_code), f64::from);
-        let sign = match ctrl5_c::ST_G.of(self.memory.get(register::CTRL5_C)) {
-            0b01 => 1.0,
-            0b11 => -1.0,
-            _ => 0.0,
-        };
-        // The gyroscope has no 1.6 Hz rate.
-        let divider = if odr_code > 10 {
-            0
-        } else {
-            channel::divider(odr_code)
-        };
-        Setting {
-            divider,
-            cutoff: Some(cutoff),
-            sensitivity: channel::gyro_sensitivity(full_scale),
-            density: f64::from(noise::GYRO_MILLI_DPS_PER_ROOT_HERTZ) * 1.0e-3 * f64::from(DEGREE),
-            test_signal: self.options.gyro_test_signal.map(|signal| sign * signal),
-        }
-    }
-
     fn tick(&mut self, tick: u64, tick_ps: u64) {
         let tick_ns = tick_ps.div_ceil(1000);
         let Stimulus {
@@ -413,94 +342,4 @@ impl Part {
             fifo_ctrl2::WTM8.of(self.memory.get(register::FIFO_CTRL2)),
         ])
     }
-
-    /// Whether accelerometer, gyroscope and watermark drive a pin.
-    fn routing(&self, pin: Pin) -> (bool, bool, bool) {
-        let (int1, int2) = (
-            self.memory.get(register::INT1_CTRL),
-            self.memory.get(register::INT2_CTRL),
-        );
-        match pin {
-            Pin::Int1 => (
-                int1_ctrl::DRDY_XL.is_set(int1),
-                int1_ctrl::DRDY_G.is_set(int1),
-                int1_ctrl::FIFO_TH.is_set(int1),
-            ),
-            Pin::Int2 => (
-                int2_ctrl::DRDY_XL.is_set(int2),
-                int2_ctrl::DRDY_G.is_set(int2),
-                int2_ctrl::FIFO_TH.is_set(int2),
-            ),
-        }
-    }
-
-    fn pulsed(&self) -> bool {
-        counter_bdr_reg1::DATAREADY_PULSED.is_set(self.memory.get(register::COUNTER_BDR_REG1))
-    }
-
-    /// Whether a pin is high now.
-    #[must_use]
-    pub fn pin_is_high(&self, pin: Pin) -> bool {
-        if self.faults.pins_lost {
-            return false;
-        }
-        if let Some(period) = self.faults.storm_period_ns {
-            return self.now_ns % period < period / 2;
-        }
-        let (accel, gyro, watermark) = self.routing(pin);
-        let recent = |edge: Option<u64>| edge.is_some_and(|edge| self.now_ns < edge + PULSE_NS);
-        let (accel_ready, gyro_ready) = if self.pulsed() {
-            (recent(self.accel_edge_ns), recent(self.gyro_edge_ns))
-        } else {
-            (self.words.accel_fresh, self.words.gyro_fresh)
-        };
-        (accel && accel_ready)
-            || (gyro && gyro_ready)
-            || (watermark && self.fifo.reached(self.watermark()))
-    }
-
-    /// When a pin next rises by a data-ready, ns since power-up, later than now: `None` where it
-    /// will not, or not before somebody reads the sample that holds it high.
-    #[must_use]
-    pub fn next_rising_edge_ns(&self, pin: Pin) -> Option<u64> {
-        if self.faults.pins_lost {
-            return None;
-        }
-        if let Some(period) = self.faults.storm_period_ns {
-            return Some((self.now_ns / period + 1) * period);
-        }
-        let (accel, gyro, _) = self.routing(pin);
-        if !self.pulsed() && self.pin_is_high(pin) {
-            return None;
-        }
-        let edge = |routed: bool, channel: &Channel| {
-            routed.then(|| self.next_sample_ns(channel)).flatten()
-        };
-        [edge(accel, &self.accel), edge(gyro, &self.gyro)]
-            .into_iter()
-            .flatten()
-            .min()
-    }
-
-    fn next_sample_ns(&self, channel: &Channel) -> Option<u64> {
-        let starts_ps = channel.starts_ns * 1000;
-        let mut tick = self.next_tick;
-        if starts_ps > self.clock.tick_ps(tick) {
-            tick = self.clock.next_tick(starts_ps.saturating_sub(1));
-        }
-        let tick = channel.next_sample(tick)?;
-        Some(self.clock.tick_ps(tick).div_ceil(1000))
-    }
-}
-
-fn odr(code: u8) -> Odr {
-    Odr::ALL
-        .into_iter()
-        .find(|odr| odr.code() == code)
-        .unwrap_or_default()
-}
-
-/// Hz by ST's names, for the cut-offs that are fractions of it.
-fn nominal_rate(odr_code: u8) -> f64 {
-    f64::from(odr(odr_code).hertz())
 }

@@ -1,0 +1,89 @@
+//! The interrupt pins: how high they are, and when they rise next.
+
+use super::channel::Channel;
+use super::part::Part;
+use crate::register::{self, counter_bdr_reg1, int1_ctrl, int2_ctrl};
+use crate::setting::Pin;
+
+/// A pulsed data-ready, ns \[D\].
+const PULSE_NS: u64 = 75_000;
+
+impl Part {
+    /// Whether accelerometer, gyroscope and watermark drive a pin.
+    fn routing(&self, pin: Pin) -> (bool, bool, bool) {
+        let (int1, int2) = (
+            self.memory.get(register::INT1_CTRL),
+            self.memory.get(register::INT2_CTRL),
+        );
+        match pin {
+            Pin::Int1 => (
+                int1_ctrl::DRDY_XL.is_set(int1),
+                int1_ctrl::DRDY_G.is_set(int1),
+                int1_ctrl::FIFO_TH.is_set(int1),
+            ),
+            Pin::Int2 => (
+                int2_ctrl::DRDY_XL.is_set(int2),
+                int2_ctrl::DRDY_G.is_set(int2),
+                int2_ctrl::FIFO_TH.is_set(int2),
+            ),
+        }
+    }
+
+    fn pulsed(&self) -> bool {
+        counter_bdr_reg1::DATAREADY_PULSED.is_set(self.memory.get(register::COUNTER_BDR_REG1))
+    }
+
+    /// Whether a pin is high now.
+    #[must_use]
+    pub fn pin_is_high(&self, pin: Pin) -> bool {
+        if self.faults.pins_lost {
+            return false;
+        }
+        if let Some(period) = self.faults.storm_period_ns {
+            return self.now_ns % period < period / 2;
+        }
+        let (accel, gyro, watermark) = self.routing(pin);
+        let recent = |edge: Option<u64>| edge.is_some_and(|edge| self.now_ns < edge + PULSE_NS);
+        let (accel_ready, gyro_ready) = if self.pulsed() {
+            (recent(self.accel_edge_ns), recent(self.gyro_edge_ns))
+        } else {
+            (self.words.accel_fresh, self.words.gyro_fresh)
+        };
+        (accel && accel_ready)
+            || (gyro && gyro_ready)
+            || (watermark && self.fifo.reached(self.watermark()))
+    }
+
+    /// When a pin next rises by a data-ready, ns since power-up, later than now: `None` where it
+    /// will not, or not before somebody reads the sample that holds it high.
+    #[must_use]
+    pub fn next_rising_edge_ns(&self, pin: Pin) -> Option<u64> {
+        if self.faults.pins_lost {
+            return None;
+        }
+        if let Some(period) = self.faults.storm_period_ns {
+            return Some((self.now_ns / period + 1) * period);
+        }
+        let (accel, gyro, _) = self.routing(pin);
+        if !self.pulsed() && self.pin_is_high(pin) {
+            return None;
+        }
+        let edge = |routed: bool, channel: &Channel| {
+            routed.then(|| self.next_sample_ns(channel)).flatten()
+        };
+        [edge(accel, &self.accel), edge(gyro, &self.gyro)]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    fn next_sample_ns(&self, channel: &Channel) -> Option<u64> {
+        let starts_ps = channel.starts_ns * 1000;
+        let mut tick = self.next_tick;
+        if starts_ps > self.clock.tick_ps(tick) {
+            tick = self.clock.next_tick(starts_ps.saturating_sub(1));
+        }
+        let tick = channel.next_sample(tick)?;
+        Some(self.clock.tick_ps(tick).div_ceil(1000))
+    }
+}
