@@ -189,6 +189,7 @@ fn set_to_the_preset_by_a_siblings_driver_the_part_holds_our_values_and_reads_th
         .unwrap()
         .to_si();
     let pairs = [
+        (ours.temperature, theirs.temp),
         (ours.specific_force[0], theirs.accel_x),
         (ours.specific_force[1], theirs.accel_y),
         (ours.specific_force[2], theirs.accel_z),

@@ -86,6 +86,42 @@ fn at_each_millisecond_the_next_edge_brings_a_fresh_sample_within_one_period() {
 }
 
 #[test]
+fn an_hour_of_milliseconds_brings_a_fresh_sample_each() {
+    let part = part(PartOptions {
+        clock_error: -0.013,
+        jitter_ns: 500,
+        ..QUIET
+    });
+    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+    for _ in 0..3_600_000 {
+        part.advance_by(MILLISECOND);
+        assert!(sensor.sample().unwrap().is_fresh());
+    }
+    assert!(part.now_ns() > 3_600_000 * MILLISECOND);
+}
+
+#[test]
+fn a_simulated_mcu_drives_the_bus_byte_by_byte() {
+    let part = part(QUIET);
+    part.advance_by(10 * MILLISECOND);
+    part.with(|part| {
+        assert_eq!(part.exchange(0x8F), 0xFF);
+        part.select();
+        part.exchange(0x8F);
+        // WHO_AM_I and, the address having moved on, CTRL1_XL.
+        assert_eq!([part.exchange(0), part.exchange(0)], [0x6C, 0x00]);
+        part.deselect();
+        part.select();
+        part.exchange(0x12);
+        part.exchange(0x40); // IF_INC off
+        part.select();
+        part.exchange(0x8F);
+        assert_eq!([part.exchange(0), part.exchange(0)], [0x6C, 0x6C]);
+        part.deselect();
+    });
+}
+
+#[test]
 fn at_833_hz_some_milliseconds_bring_nothing_new() {
     let part = part(QUIET);
     let mut params = Params::FRESH_KILOHERTZ;

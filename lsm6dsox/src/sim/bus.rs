@@ -90,7 +90,58 @@ fn bytes(words: &[Word]) -> [u8; 6] {
     core::array::from_fn(|i| words[i / 2].value.to_le_bytes()[i % 2])
 }
 
+/// Where in an SPI transaction the bus is.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) enum Phase {
+    /// Chip select is high.
+    #[default]
+    Idle,
+    /// The next byte is an address.
+    Address,
+    /// The next byte goes to the master.
+    Reading(u8),
+    /// The next byte comes from the master.
+    Writing(u8),
+}
+
 impl Part {
+    /// Chip select goes low: the next byte is an address, its top bit set to read.
+    pub const fn select(&mut self) {
+        self.phase = Phase::Address;
+    }
+
+    /// Chip select goes high.
+    pub const fn deselect(&mut self) {
+        self.phase = Phase::Idle;
+    }
+
+    /// One byte from the master, one byte to it. While chip select is high nobody drives the
+    /// data line: 0xFF.
+    pub fn exchange(&mut self, out: u8) -> u8 {
+        self.byte_time();
+        match self.phase {
+            Phase::Idle => 0xFF,
+            Phase::Address => {
+                let address = out & !Register::READ;
+                self.phase = if out & Register::READ == 0 {
+                    Phase::Writing(address)
+                } else {
+                    Phase::Reading(address)
+                };
+                0
+            }
+            Phase::Reading(address) => {
+                self.phase = Phase::Reading(self.following(address));
+                self.read_bus(address)
+            }
+            Phase::Writing(address) => {
+                self.phase = Phase::Writing(self.following(address));
+                self.write_register(address, out);
+                0
+            }
+        }
+    }
+
     /// Whether the part answers on I²C.
     pub(super) fn has_i2c(&self) -> bool {
         !ctrl4_c::I2C_DISABLE.is_set(self.memory.get(register::CTRL4_C))

@@ -10,7 +10,6 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 
 use super::fault::Fault;
 use super::part::Part;
-use crate::register::Register;
 use crate::setting::Pin;
 
 /// A part that several hold: the buses, the delay, and the test that watches.
@@ -86,41 +85,6 @@ impl SharedPart {
 #[derive(Clone, Debug)]
 pub struct SimSpi(SharedPart);
 
-/// Where in a transaction the bus is.
-#[derive(Clone, Copy)]
-enum Phase {
-    Address,
-    Reading(u8),
-    Writing(u8),
-}
-
-impl Phase {
-    /// One byte out, one byte in.
-    fn exchange(&mut self, part: &mut Part, out: u8) -> u8 {
-        part.byte_time();
-        match *self {
-            Self::Address => {
-                let address = out & !Register::READ;
-                *self = if out & Register::READ == 0 {
-                    Self::Writing(address)
-                } else {
-                    Self::Reading(address)
-                };
-                0
-            }
-            Self::Reading(address) => {
-                *self = Self::Reading(part.following(address));
-                part.read_bus(address)
-            }
-            Self::Writing(address) => {
-                *self = Self::Writing(part.following(address));
-                part.write_register(address, out);
-                0
-            }
-        }
-    }
-}
-
 impl spi::ErrorType for SimSpi {
     type Error = Infallible;
 }
@@ -128,27 +92,27 @@ impl spi::ErrorType for SimSpi {
 impl SpiDevice for SimSpi {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         let part = &mut *self.0.0.borrow_mut();
-        let mut phase = Phase::Address;
+        part.select();
         for operation in operations {
             match operation {
                 Operation::Write(out) => {
                     for byte in *out {
-                        phase.exchange(part, *byte);
+                        part.exchange(*byte);
                     }
                 }
                 Operation::Read(back) => {
                     for byte in back.iter_mut() {
-                        *byte = phase.exchange(part, 0);
+                        *byte = part.exchange(0);
                     }
                 }
                 Operation::TransferInPlace(frame) => {
                     for byte in frame.iter_mut() {
-                        *byte = phase.exchange(part, *byte);
+                        *byte = part.exchange(*byte);
                     }
                 }
                 Operation::Transfer(back, out) => {
                     for i in 0..back.len().max(out.len()) {
-                        let byte = phase.exchange(part, out.get(i).copied().unwrap_or(0));
+                        let byte = part.exchange(out.get(i).copied().unwrap_or(0));
                         if let Some(back) = back.get_mut(i) {
                             *back = byte;
                         }
@@ -157,6 +121,7 @@ impl SpiDevice for SimSpi {
                 Operation::DelayNs(ns) => part.advance_to(part.now_ns() + u64::from(*ns)),
             }
         }
+        part.deselect();
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use std::boxed::Box;
 
 use super::batch::{Fifo, Mode};
-use super::bus::Words;
+use super::bus::{Phase, Words};
 use super::channel::{self, Channel};
 use super::clock::Clock;
 use super::fault::{Fault, Faults};
@@ -86,6 +86,7 @@ pub struct Part {
     pub(super) now_ns: u64,
     pub(super) options: PartOptions,
     pub(super) memory: Memory,
+    pub(super) phase: Phase,
     pub(super) words: Words,
     pub(super) fifo: Fifo,
     pub(super) faults: Faults,
@@ -125,6 +126,7 @@ impl Part {
             now_ns: 0,
             options,
             memory: Memory::new(),
+            phase: Phase::Idle,
             words: Words::default(),
             fifo: Fifo::new(),
             faults: Faults::default(),
