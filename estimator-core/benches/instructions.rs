@@ -12,14 +12,18 @@ use std::hint::black_box;
 
 use estimator_core::{
     AngularRate, AttitudeFilter, ContactEstimator, DensityEstimator, ImuSample, LinearAcceleration,
-    Params,
+    Params, WindowLength,
 };
 use gungraun::prelude::*;
 
 type Motion = Vec<(LinearAcceleration, AngularRate)>;
 
-fn paper_density() -> (DensityEstimator<256>, Motion) {
-    let config = Params::PAPER.validate().expect("a preset");
+fn paper_density(window: u32) -> (DensityEstimator<256>, Motion) {
+    let params = Params {
+        window: WindowLength::Samples(window),
+        ..Params::PAPER
+    };
+    let config = params.validate().expect("a preset");
     (DensityEstimator::new(&config), walk::motion())
 }
 
@@ -36,7 +40,8 @@ fn default_estimator() -> (ContactEstimator<256>, Vec<ImuSample>) {
 // What comes in goes out again, so that nothing is dropped while instructions are counted.
 
 #[library_benchmark(setup = paper_density)]
-#[bench::paper_50()]
+#[bench::paper_50(50)]
+#[bench::paper_250(250)]
 fn kde((mut density, motion): (DensityEstimator<256>, Motion)) -> (DensityEstimator<256>, Motion) {
     for &(acceleration, rate) in &motion {
         black_box(density.push(acceleration, rate));

@@ -31,8 +31,9 @@ use inclination::{Inclination, InclinationCoefficients};
 use quietness::{Quietness, QuietnessCoefficients};
 use strapdown::{Strapdown, Turn};
 
-/// Time between samples from which on it is a gap: the gyroscope cannot be integrated across.
-pub const LONGEST_STEP_US: u64 = 100_000;
+/// Time between samples, µs, from which on it is a gap: too long to integrate the gyroscope
+/// across, for a foot that swings. At low rates it is three sample periods.
+pub const SHORTEST_GAP_US: u64 = 10_000;
 
 /// Least length of the first sample's specific force, as a part of g: less is free fall and has
 /// no direction.
@@ -118,6 +119,7 @@ impl AttitudeParams {
         };
         Ok(AttitudeCoefficients {
             period: 1.0 / sample_rate,
+            longest_step: (SHORTEST_GAP_US as f32 * 1.0e-6).max(3.5 / sample_rate),
             gyro_delay,
             inclination: InclinationCoefficients::new(self.motion_time_constant),
             quietness: QuietnessCoefficients::new(
@@ -133,7 +135,11 @@ impl AttitudeParams {
 /// Validated [`AttitudeParams`] in the form the filter computes with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AttitudeCoefficients {
+    /// s.
     period: f32,
+    /// s.
+    longest_step: f32,
+    /// s.
     gyro_delay: f32,
     inclination: InclinationCoefficients,
     quietness: QuietnessCoefficients,
@@ -147,7 +153,7 @@ pub enum Alignment {
     /// seconds of averaging.
     #[default]
     Searching,
-    /// The inclination has settled once.
+    /// The inclination has settled, and has not been lost in a gap since.
     Aligned,
 }
 
@@ -198,11 +204,17 @@ impl AttitudeFilter {
             .previous
             .replace(sample.timestamp)
             .and_then(|previous| sample.timestamp.micros_since(previous));
-        let step = Step::new(elapsed_us, self.coefficients.period);
+        let step = self.step(elapsed_us);
 
         let turn = self.strapdown.turn(rate, self.bias.bias(), step);
-        if let Turn::By(increment) = turn {
-            self.orientation = self.orientation.multiply(increment).renormalised();
+        match turn {
+            Turn::By(increment) => {
+                self.orientation = self.orientation.multiply(increment).renormalised();
+            }
+            Turn::Unknown => {
+                self.alignment = Alignment::Searching;
+                self.quietness.forget();
+            }
         }
         let force_world = self.orientation.rotate(force);
         let rate_magnitude = (rate - self.bias.bias()).length();
@@ -211,7 +223,7 @@ impl AttitudeFilter {
                 .update(force_world, force.length(), rate_magnitude, step.seconds);
 
         self.inclination
-            .doubt(rate_magnitude, saturation, turn, step.seconds);
+            .grow_doubt(rate_magnitude, saturation, turn, step.seconds);
         if !saturation.is_some_and(Saturation::includes_accelerometer) {
             let correction = self.inclination.correct(force_world, noise, step.seconds);
             self.orientation = correction.apply(self.orientation);
@@ -221,6 +233,25 @@ impl AttitudeFilter {
             self.alignment = Alignment::Aligned;
         }
         self.bias.update(force, rate, step);
+    }
+
+    /// The time to integrate over. It is the nominal period for the first sample and where the
+    /// clock was set back.
+    fn step(&self, elapsed_us: Option<u64>) -> Step {
+        let AttitudeCoefficients {
+            period,
+            longest_step,
+            ..
+        } = self.coefficients;
+        let seconds = elapsed_us.map_or(period, |elapsed| elapsed as f32 * 1.0e-6);
+        Step {
+            seconds: seconds.min(longest_step),
+            continuity: if seconds <= longest_step {
+                Continuity::Continuous
+            } else {
+                Continuity::Gap
+            },
+        }
     }
 
     /// Takes the first direction of up from one sample's force; tells whether there was one.
@@ -261,7 +292,7 @@ impl AttitudeFilter {
 /// The time from one sample to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Step {
-    /// Seconds, at most [`LONGEST_STEP_US`].
+    /// Seconds; in a gap, the longest step that would not have been one.
     pub(crate) seconds: f32,
     pub(crate) continuity: Continuity,
 }
@@ -273,23 +304,130 @@ pub(crate) enum Continuity {
     Gap,
 }
 
-impl Step {
-    /// `elapsed_us` is `None` for the first sample and where the clock was set back: then the
-    /// nominal `period` (s) stands in.
-    fn new(elapsed_us: Option<u64>, period: f32) -> Self {
-        match elapsed_us {
-            None => Self {
-                seconds: period,
-                continuity: Continuity::Continuous,
-            },
-            Some(elapsed) if elapsed <= LONGEST_STEP_US => Self {
-                seconds: elapsed as f32 * 1.0e-6,
-                continuity: Continuity::Continuous,
-            },
-            Some(_) => Self {
-                seconds: LONGEST_STEP_US as f32 * 1.0e-6,
-                continuity: Continuity::Gap,
-            },
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Params;
+    use crate::sample::SpecificForce;
+
+    const LEVEL: Vec3 = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
+
+    fn filter() -> AttitudeFilter {
+        AttitudeFilter::new(&Params::DEFAULT.validate::<64>().expect("the preset"))
+    }
+
+    fn sample(ms: u64, force: Vec3, validity: Validity) -> ImuSample {
+        ImuSample {
+            timestamp: Timestamp::from_micros(ms * 1000),
+            specific_force: SpecificForce(force),
+            angular_rate: AngularRate(Vec3::ZERO),
+            validity,
         }
+    }
+
+    /// A filter that has lain level for a second.
+    fn settled() -> AttitudeFilter {
+        let mut filter = filter();
+        for ms in 0..1_000 {
+            filter.update(&sample(ms, LEVEL, Validity::Valid));
+        }
+        assert_eq!(filter.alignment(), Alignment::Aligned);
+        filter
+    }
+
+    /// Tilt of the estimate against level, degrees.
+    fn tilt(filter: &AttitudeFilter) -> f32 {
+        let up = filter.orientation().up();
+        libm::atan2f(libm::hypotf(up.x, up.y), up.z) / DEGREE
+    }
+
+    #[test]
+    fn it_aligns_within_a_fifth_of_a_second_of_quiet() {
+        let mut filter = filter();
+        let aligned = (0..1_000).position(|ms| {
+            filter.update(&sample(ms, LEVEL, Validity::Valid));
+            filter.alignment() == Alignment::Aligned
+        });
+        assert!(
+            aligned.is_some_and(|ms| (50..200).contains(&ms)),
+            "{aligned:?} ms"
+        );
+    }
+
+    #[test]
+    fn a_first_sample_that_is_clipped_or_falling_does_not_start_it() {
+        let clipped = Validity::Saturated(Saturation::Accelerometer);
+        for (force, validity) in [
+            (Vec3::new(100.0, 0.0, 0.0), clipped),
+            (Vec3::new(0.4, 0.0, 0.0), Validity::Valid),
+            (Vec3::ZERO, Validity::Valid),
+        ] {
+            let mut filter = filter();
+            filter.update(&sample(0, force, validity));
+            assert_eq!(filter.orientation(), Quaternion::IDENTITY);
+            filter.update(&sample(
+                1,
+                Vec3::new(STANDARD_GRAVITY, 0.0, 0.0),
+                Validity::Valid,
+            ));
+            assert!((tilt(&filter) - 90.0).abs() < 1.0, "{}", tilt(&filter));
+        }
+    }
+
+    #[test]
+    fn a_stale_or_invalid_sample_changes_nothing() {
+        for validity in [Validity::Stale, Validity::Invalid] {
+            let mut filter = settled();
+            let before = filter.orientation();
+            filter.update(&sample(1_000, Vec3::new(50.0, 0.0, 0.0), validity));
+            assert_eq!(filter.orientation(), before);
+        }
+    }
+
+    #[test]
+    fn a_clipped_force_is_never_used() {
+        let push = Vec3::new(156.9, 0.0, 156.9);
+        let clipped = Validity::Saturated(Saturation::Accelerometer);
+        for (validity, expected) in [(clipped, true), (Validity::Valid, false)] {
+            let mut filter = settled();
+            let before = filter.orientation();
+            filter.update(&sample(1_000, push, validity));
+            assert_eq!(filter.orientation() == before, expected, "{validity:?}");
+        }
+    }
+
+    #[test]
+    fn after_a_gap_up_has_to_be_found_again() {
+        let mut filter = settled();
+        filter.update(&sample(1_011, LEVEL, Validity::Valid));
+        assert_eq!(filter.alignment(), Alignment::Searching);
+        for ms in 1_012..1_212 {
+            filter.update(&sample(ms, LEVEL, Validity::Valid));
+        }
+        assert_eq!(filter.alignment(), Alignment::Aligned);
+    }
+
+    #[test]
+    fn a_sensor_that_turned_over_in_a_gap_is_right_again_within_a_second() {
+        let mut filter = settled();
+        for ms in 2_000..3_000 {
+            filter.update(&sample(ms, -LEVEL, Validity::Valid));
+        }
+        assert!(tilt(&filter) > 179.0, "{}°", tilt(&filter));
+    }
+
+    #[test]
+    fn at_low_rates_a_few_periods_are_no_gap() {
+        let params = Params {
+            sample_rate: 20.0,
+            window: crate::WindowLength::Samples(2),
+            ..Params::DEFAULT
+        };
+        let mut filter = AttitudeFilter::new(&params.validate::<64>().expect("valid"));
+        for k in 0..100 {
+            filter.update(&sample(50 * k, LEVEL, Validity::Valid));
+        }
+        filter.update(&sample(50 * 102, LEVEL, Validity::Valid));
+        assert_eq!(filter.alignment(), Alignment::Aligned);
     }
 }

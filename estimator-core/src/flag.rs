@@ -5,8 +5,8 @@
 pub enum Flag {
     /// Fewer samples than the window's length have been seen: means are over those there are.
     WindowNotFull,
-    /// The attitude filter has not yet found up: gravity cannot be removed, the window stays
-    /// empty and every probability 0.
+    /// The attitude filter has not found up yet, or lost it in a gap: gravity cannot be removed,
+    /// the window stays empty and every probability 0.
     AttitudeNotInitialised,
     /// The newest sample is at the end of the sensor's range; it counts as mass 0.
     Saturated,
@@ -15,7 +15,7 @@ pub enum Flag {
     /// The newest sample is not finite, beyond any sensor's range, or not later than the one
     /// before; it counts as mass 0.
     InvalidSample,
-    /// More than one and a half sample periods have passed since the sample before.
+    /// At least one sample is missing before this one; what was not seen counts as mass 0.
     TimeGap,
 }
 

@@ -322,6 +322,7 @@ impl core::error::Error for ParamsError {}
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::attitude::GyroTiming;
 
     fn field_refused(change: impl FnOnce(&mut Params)) -> &'static str {
         let mut params = Params::DEFAULT;
@@ -353,45 +354,122 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_number_is_refused_with_the_name_of_its_field() {
-        assert_eq!(field_refused(|p| p.sample_rate = 0.0), "sample_rate");
-        assert_eq!(field_refused(|p| p.bandwidth.az = -1.0), "bandwidth.az");
-        assert_eq!(
-            field_refused(|p| p.half_width.wz = f32::NAN),
-            "half_width.wz"
-        );
-        assert_eq!(
-            field_refused(|p| p.decision.threshold = 1.0),
-            "decision.threshold"
-        );
-        assert_eq!(
-            field_refused(|p| p.decision.on_delay = -0.1),
-            "decision.on_delay"
-        );
-        assert_eq!(
-            field_refused(|p| p.decision.off_delay = f32::INFINITY),
-            "decision.off_delay"
-        );
-        assert_eq!(
-            field_refused(|p| p.load.off_threshold = 13.0),
-            "load.off_threshold"
-        );
-        assert_eq!(
-            field_refused(|p| p.load.on_threshold = f32::NAN),
-            "load.on_threshold"
-        );
-        assert_eq!(
-            field_refused(|p| p.window = WindowLength::Duration(0.3)),
-            "window"
-        );
-        assert_eq!(
-            field_refused(|p| p.window = WindowLength::Samples(0)),
-            "window"
-        );
-        assert_eq!(
-            field_refused(|p| p.window = WindowLength::Duration(f32::NAN)),
-            "window"
-        );
+    fn a_number_out_of_its_range_is_refused_with_the_name_of_its_field() {
+        type Set = fn(&mut Params, f32);
+        // Each field with a value that is just too small and one that is just too large.
+        let fields: [(&str, Set, f32, f32); 18] = [
+            ("sample_rate", |p, v| p.sample_rate = v, 19.9, 10_001.0),
+            ("bandwidth.ax", |p, v| p.bandwidth.ax = v, 0.9e-6, 1.1e3),
+            ("bandwidth.wz", |p, v| p.bandwidth.wz = v, 0.9e-6, 1.1e3),
+            ("half_width.ay", |p, v| p.half_width.ay = v, 0.9e-6, 1.1e4),
+            ("half_width.wx", |p, v| p.half_width.wx = v, -0.04, 1.1e4),
+            (
+                "decision.threshold",
+                |p, v| p.decision.threshold = v,
+                0.0,
+                1.0,
+            ),
+            (
+                "decision.on_delay",
+                |p, v| p.decision.on_delay = v,
+                -0.1,
+                10.1,
+            ),
+            (
+                "decision.off_delay",
+                |p, v| p.decision.off_delay = v,
+                -0.1,
+                10.1,
+            ),
+            (
+                "load.on_threshold",
+                |p, v| p.load.on_threshold = v,
+                -2.0e9,
+                2.0e9,
+            ),
+            (
+                "load.off_threshold",
+                |p, v| p.load.off_threshold = v,
+                -2.0e9,
+                12.1,
+            ),
+            (
+                "attitude.gyro_timing",
+                |p, v| p.attitude.gyro_timing = GyroTiming::Delay(v),
+                -0.001,
+                0.051,
+            ),
+            (
+                "attitude.motion_time_constant",
+                |p, v| p.attitude.motion_time_constant = v,
+                0.09,
+                101.0,
+            ),
+            (
+                "attitude.quiet_gain",
+                |p, v| p.attitude.quiet_gain = v,
+                0.9,
+                1.1e4,
+            ),
+            (
+                "attitude.quiet_acceleration",
+                |p, v| p.attitude.quiet_acceleration = v,
+                0.9e-3,
+                11.0,
+            ),
+            (
+                "attitude.quiet_rate",
+                |p, v| p.attitude.quiet_rate = v,
+                0.9e-4,
+                1.1,
+            ),
+            (
+                "attitude.rest.duration",
+                |p, v| p.attitude.rest.duration = v,
+                0.09,
+                101.0,
+            ),
+            (
+                "attitude.rest.bias_limit",
+                |p, v| p.attitude.rest.bias_limit = v,
+                -0.1,
+                1.1,
+            ),
+            (
+                "attitude.rest.bias_time_constant",
+                |p, v| p.attitude.rest.bias_time_constant = v,
+                0.09,
+                1.1e3,
+            ),
+        ];
+        for (field, set, low, high) in fields {
+            for value in [low, high, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                assert_eq!(field_refused(|p| set(p, value)), field, "{value}");
+            }
+        }
+        for (field, set) in [
+            (
+                "attitude.rest.acceleration",
+                (|p, v| p.attitude.rest.acceleration = v) as Set,
+            ),
+            ("attitude.rest.rate", |p, v| p.attitude.rest.rate = v),
+        ] {
+            assert_eq!(field_refused(|p| set(p, 0.0)), field);
+            assert_eq!(field_refused(|p| set(p, 11.0)), field);
+        }
+    }
+
+    #[test]
+    fn a_window_without_a_sample_or_beyond_the_capacity_is_refused() {
+        for window in [
+            WindowLength::Duration(0.3),
+            WindowLength::Duration(-0.05),
+            WindowLength::Duration(f32::NAN),
+            WindowLength::Samples(0),
+            WindowLength::Samples(257),
+        ] {
+            assert_eq!(field_refused(|p| p.window = window), "window", "{window:?}");
+        }
     }
 
     #[test]

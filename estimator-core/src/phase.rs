@@ -89,8 +89,17 @@ pub(crate) struct PhaseTracker {
     deliberation: Deliberation,
 }
 
-/// The flags that leave open whether the foot moves. The others say that it does, or that it may
-/// have: which is what "not stable" means.
+/// The flags with which nothing is stable. A gap in time is not among them: its missing samples
+/// have lowered the probability already.
+const DOUBT: [Flag; 5] = [
+    Flag::WindowNotFull,
+    Flag::AttitudeNotInitialised,
+    Flag::Saturated,
+    Flag::Stale,
+    Flag::InvalidSample,
+];
+
+/// The flags that leave open whether the foot moves. A saturated sample says that it does.
 const MOTION_UNKNOWN: [Flag; 4] = [
     Flag::WindowNotFull,
     Flag::AttitudeNotInitialised,
@@ -132,7 +141,7 @@ impl PhaseTracker {
     }
 
     fn decide(&mut self, now: Timestamp, stable_probability: f32, flags: Flags) {
-        if !flags.is_empty() {
+        if DOUBT.into_iter().any(|flag| flags.contains(flag)) {
             // Doubt ends a stable decision at once, and the on-delay starts anew after it.
             self.decision = Decision::NotStable;
             self.contradicted_since = None;
@@ -233,8 +242,8 @@ mod tests {
     }
 
     #[test]
-    fn any_flag_ends_a_stable_decision_at_once() {
-        for flag in Flag::ALL {
+    fn doubt_ends_a_stable_decision_at_once() {
+        for flag in DOUBT {
             let mut tracker = tracker();
             for ms in 0..30 {
                 tracker.update(Timestamp::from_micros(ms * 1000), 0.9, Flags::NONE, None);
@@ -303,9 +312,17 @@ mod tests {
 
     #[test]
     fn doubt_about_the_motion_makes_the_phase_unknown() {
-        let mut tracker = tracker();
-        let flags = Flags::NONE.with(Flag::InvalidSample);
-        let (_, phase) = tracker.update(Timestamp::default(), 0.0, flags, Some(Load(100.0)));
-        assert_eq!(phase, Phase::Unknown);
+        for flag in Flag::ALL {
+            let mut tracker = tracker();
+            let load = Some(Load(100.0));
+            tracker.update(Timestamp::default(), 0.0, Flags::NONE, load);
+            let flags = Flags::NONE.with(flag);
+            let (_, phase) = tracker.update(Timestamp::from_micros(1_000), 0.0, flags, load);
+            let expected = match flag {
+                Flag::Saturated | Flag::TimeGap => Phase::Slip,
+                _ => Phase::Unknown,
+            };
+            assert_eq!(phase, expected, "{flag:?}");
+        }
     }
 }

@@ -220,6 +220,20 @@ mod tests {
     }
 
     #[test]
+    fn a_gap_ends_the_rest() {
+        let mut estimator = estimator();
+        let gap = Step {
+            seconds: 0.01,
+            continuity: Continuity::Gap,
+        };
+        for _ in 0..10 {
+            feed(&mut estimator, 0.5, 1.0);
+            estimator.update(UP, Vec3::new(0.5 * DEGREE, 0.0, 0.0), gap);
+        }
+        assert_eq!(estimator.bias(), Vec3::ZERO);
+    }
+
+    #[test]
     fn a_rate_beyond_the_limit_is_a_turn_and_no_bias() {
         assert_near(feed(&mut estimator(), 2.5, 60.0), 0.0, 0.0);
     }

@@ -147,6 +147,17 @@ mod tests {
     }
 
     #[test]
+    fn a_rate_that_no_gyroscope_can_measure_makes_the_sample_invalid() {
+        for broken in [f32::NAN, 1.001e3, -1.0e30] {
+            let sample = ImuSample {
+                angular_rate: AngularRate(Vec3::new(0.0, broken, 0.0)),
+                ..sample_with_ax(0.0)
+            };
+            assert_eq!(sample.checked_validity(), Validity::Invalid, "{broken}");
+        }
+    }
+
+    #[test]
     fn an_ordinary_sample_keeps_the_validity_its_source_gave_it() {
         for validity in [
             Validity::Valid,

@@ -4,6 +4,7 @@
 //! readings that are no numbers, stale samples and gaps in time; a digest takes in every bit of
 //! every estimate. Two machines that print the same digests agree on all of it.
 
+use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::vector::{Quaternion, Vec3};
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, ImuSample, Load, Params, ParamsError,
@@ -54,8 +55,11 @@ enum Stretch {
 }
 
 impl Stretch {
-    /// Rest comes often enough for the attitude filter to align and to learn its bias.
-    const ORDER: [Self; 8] = [
+    /// Rest comes often enough for the attitude filter to align, and once for long enough to
+    /// learn the gyroscope's bias.
+    const ORDER: [Self; 10] = [
+        Self::Rest,
+        Self::Rest,
         Self::Rest,
         Self::Rest,
         Self::Motion,
@@ -83,7 +87,7 @@ struct Stimulus {
 
 impl Stimulus {
     /// m/s² per count at ±16 g.
-    const FORCE_PER_COUNT: f32 = 0.488e-3 * 9.806_65;
+    const FORCE_PER_COUNT: f32 = 0.488e-3 * STANDARD_GRAVITY;
     /// rad/s per count at ±2000 °/s.
     const RATE_PER_COUNT: f32 = 70.0e-3 * (core::f32::consts::PI / 180.0);
     /// A sensor that rests a little askew and has a gyro bias.
@@ -247,7 +251,7 @@ mod tests {
     use estimator_core::{Flag, Phase};
 
     #[test]
-    fn the_stimulus_meets_every_flag_and_every_phase() {
+    fn the_stimulus_meets_every_flag_and_every_phase_and_teaches_a_bias() {
         let mut estimator =
             ContactEstimator::<CAPACITY>::new(&Params::DEFAULT.validate().expect("a preset"));
         let mut stimulus = Stimulus::new();
@@ -263,6 +267,8 @@ mod tests {
         for phase in Phase::ALL {
             assert!(estimates.iter().any(|e| e.phase == phase), "{phase:?}");
         }
+        let learnt = |e: &ContactEstimate| e.gyro_bias.0 != Vec3::ZERO;
+        assert!(estimates.iter().any(learnt), "no bias was learnt");
     }
 
     #[test]

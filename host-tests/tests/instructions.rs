@@ -10,10 +10,11 @@ use host_tests::requirements::unmet;
 use serde_json::Value;
 
 /// Instructions per sample, on average over a walk of 5000 samples, x86-64 without extensions.
-const BUDGETS: [(&str, f64); 3] = [
+const BUDGETS: [(&str, f64); 4] = [
     ("kde/paper_50", 412.3),
-    ("filter/step", 645.4),
-    ("pipeline/default", 1004.4),
+    ("kde/paper_250", 412.5),
+    ("filter/step", 667.3),
+    ("pipeline/default", 1023.4),
 ];
 const TOLERANCE: f64 = 0.03;
 const SAMPLES: f64 = 5000.0;
@@ -36,6 +37,13 @@ fn a_sample_costs_what_it_did_when_the_budget_was_written() {
             "{name} costs {count:.1} instructions per sample; the budget is {budget}"
         );
     }
+}
+
+#[test]
+fn a_window_five_times_as_long_costs_no_more() {
+    let budget = |name| BUDGETS.iter().find(|(n, _)| *n == name).map(|(_, b)| *b);
+    let [short, long] = ["kde/paper_50", "kde/paper_250"].map(|n| budget(n).expect("a budget"));
+    assert!((long / short - 1.0).abs() < 0.01, "{short} and {long}");
 }
 
 #[test]

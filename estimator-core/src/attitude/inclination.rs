@@ -73,7 +73,7 @@ impl Inclination {
     }
 
     /// Lets doubt grow over a step of `dt` s.
-    pub(super) fn doubt(
+    pub(super) fn grow_doubt(
         &mut self,
         rate_magnitude: f32,
         saturation: Option<Saturation>,
@@ -89,6 +89,7 @@ impl Inclination {
         }
         if turn == Turn::Unknown {
             self.raise_towards(TURN_UNKNOWN, 1.0);
+            self.settled = 0.0;
         }
         self.doubt = self.doubt.min(1.0 / START_TIME_CONSTANT);
     }
@@ -144,6 +145,13 @@ impl Correction {
         let inverse = 1.0 / libm::sqrtf(force.dot(force) + 1.0e-6);
         let (x, y) = (force.y * inverse, -force.x * inverse);
         let largest = x.abs().max(y.abs());
+        if force.z < 0.0 && largest < LARGEST_CORRECTION {
+            // Upside down, where the sine of the tilt is small again: any axis leads out.
+            return Self {
+                x: LARGEST_CORRECTION,
+                y: 0.0,
+            };
+        }
         let share = if largest > LARGEST_CORRECTION {
             LARGEST_CORRECTION / largest
         } else {
@@ -197,7 +205,7 @@ mod tests {
         let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
         let known = Turn::By(Quaternion::IDENTITY);
         for _ in 0..60_000 {
-            inclination.doubt(0.0, None, known, DT);
+            inclination.grow_doubt(0.0, None, known, DT);
             inclination.correct(up, 1.0, DT);
         }
         assert!(
@@ -209,14 +217,19 @@ mod tests {
     #[test]
     fn clipping_raises_doubt_up_to_its_limit_and_never_lowers_it() {
         let known = Turn::By(Quaternion::IDENTITY);
-        let mut settled = inclination();
-        settled.doubt = 0.2;
-        for _ in 0..100 {
-            settled.doubt(0.0, Some(Saturation::Accelerometer), known, DT);
+        for (saturation, time_constant) in [
+            (Saturation::Accelerometer, ACCELEROMETER_CLIPPED),
+            (Saturation::Gyroscope, TURN_UNKNOWN),
+        ] {
+            let mut settled = inclination();
+            settled.doubt = 0.2;
+            for _ in 0..100 {
+                settled.grow_doubt(0.0, Some(saturation), known, DT);
+            }
+            assert!((1.0 / settled.doubt - time_constant).abs() < 0.01);
         }
-        assert!((1.0 / settled.doubt - ACCELEROMETER_CLIPPED).abs() < 0.01);
         let mut fresh = inclination();
-        fresh.doubt(0.0, Some(Saturation::Both), Turn::Unknown, DT);
+        fresh.grow_doubt(0.0, Some(Saturation::Both), Turn::Unknown, DT);
         assert_eq!(fresh.doubt, 1.0 / START_TIME_CONSTANT);
     }
 

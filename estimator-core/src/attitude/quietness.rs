@@ -69,6 +69,12 @@ impl Quietness {
         self.mean = Vec3::new(0.0, 0.0, force_magnitude);
     }
 
+    /// Goes back to the beginning: quiet has to be seen anew.
+    pub(super) const fn forget(&mut self) {
+        self.deviation = LARGEST_DEVIATION;
+        self.rate = LARGEST_RATE;
+    }
+
     /// Takes in a sample and returns its noise relative to one in motion: 1 in motion, for all
     /// samples alike, down to 1/`quiet_gain` in perfect quiet.
     pub(super) fn update(
