@@ -533,8 +533,8 @@ const fn probability_of(sub: u8, name: &'static str) -> Entry {
     Entry::process(sub, name, Value::U8(0)).unit("1/255")
 }
 
-const fn error(sub: u8) -> Entry {
-    Entry::live(sub, "Standard error field", Value::U32(0))
+const fn error(sub: u8, name: &'static str) -> Entry {
+    Entry::live(sub, name, Value::U32(0))
         .doc("emergency code in the lower 16 bits, number of the fault above; newest first")
 }
 
@@ -605,14 +605,14 @@ pub const OBJECTS: &[Object] = &[
             Entry::command(0, "Number of errors", Access::Rw, Value::U8(0))
                 .limits(Limits::OneOf(&[Value::U8(0)]))
                 .doc("writing 0 forgets them"),
-            error(1),
-            error(2),
-            error(3),
-            error(4),
-            error(5),
-            error(6),
-            error(7),
-            error(8),
+            error(1, "Standard error field 1"),
+            error(2, "Standard error field 2"),
+            error(3, "Standard error field 3"),
+            error(4, "Standard error field 4"),
+            error(5, "Standard error field 5"),
+            error(6, "Standard error field 6"),
+            error(7, "Standard error field 7"),
+            error(8, "Standard error field 8"),
         ],
     },
     Object {

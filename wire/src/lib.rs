@@ -58,7 +58,7 @@ pub mod value;
 pub use abort::AbortCode;
 pub use counter::{Counter, Counters};
 pub use dictionary::Address;
-pub use fault::{Fault, Faults};
+pub use fault::{Emergency, Fault, Faults};
 pub use foot::{Foot, NodeId};
 pub use frame::CanFrame;
 pub use node::{Event, Node, Outcome};

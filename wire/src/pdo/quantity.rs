@@ -67,16 +67,17 @@ impl Quantity {
         if value.is_nan() {
             return Self::NONE;
         }
-        Self(libm::round(f64::from(value) / step).clamp(-32_767.0, 32_767.0) as i16)
+        Self(libm::roundf(value / step as f32).clamp(-32_767.0, 32_767.0) as i16)
     }
 
-    /// The value, off by at most half a step where it was in range; NaN where there is none.
+    /// The value, off by at most half a step and the roundings of f32 where it was in range; NaN
+    /// where there is none.
     #[must_use]
     pub fn value(self, step: f64) -> f32 {
         if self == Self::NONE {
             f32::NAN
         } else {
-            (f64::from(self.0) * step) as f32
+            f32::from(self.0) * step as f32
         }
     }
 }
