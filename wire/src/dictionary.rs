@@ -1,7 +1,7 @@
 //! The object dictionary: every object, once. This table makes the SDO server's answers and range
 //! checks, the UART's configuration messages, `footfall.eds` and the tables of `README.md`.
 //!
-//! To add a setting, add an entry with [`Entry::setting`] and read it in
+//! To add a setting, add an entry with `Entry::setting` and read it in
 //! [`settings`](crate::settings); the files are made anew by
 //! `FOOTFALL_UPDATE_FILES=1 cargo test -p wire --test files`.
 
@@ -195,7 +195,13 @@ fn in_range(value: Value, low: Value, high: Value) -> Result<(), AbortCode> {
     }
 }
 
-/// A value in the dictionary.
+/// `text`, which is there for people and files: a foot has no use for it and does not carry it in
+/// its flash.
+const fn for_people(text: &'static str) -> &'static str {
+    if cfg!(target_os = "none") { "" } else { text }
+}
+
+/// A value in the dictionary. On a microcontroller its texts are empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
     /// The part of its object that it is.
@@ -226,7 +232,7 @@ impl Entry {
     ) -> Self {
         Self {
             subindex,
-            name,
+            name: for_people(name),
             role,
             access,
             default,
@@ -274,12 +280,12 @@ impl Entry {
     }
 
     const fn unit(mut self, unit: &'static str) -> Self {
-        self.unit = unit;
+        self.unit = for_people(unit);
         self
     }
 
     const fn doc(mut self, doc: &'static str) -> Self {
-        self.doc = doc;
+        self.doc = for_people(doc);
         self
     }
 
@@ -313,7 +319,7 @@ pub enum Shape {
     Record,
 }
 
-/// An object.
+/// An object. On a microcontroller its texts are empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Object {
     /// Its index.
@@ -520,7 +526,7 @@ const fn axes_of<const N: usize>(names: [&'static str; N], unit: &'static str) -
         #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
         {
             entries[i].subindex = i as u8 + 1;
-            entries[i].name = names[i];
+            entries[i].name = for_people(names[i]);
         }
         i += 1;
     }
@@ -547,7 +553,7 @@ const fn counters() -> [Entry; Counter::ALL.len()] {
     let mut i = 0;
     while i < Counter::ALL.len() {
         entries[i].subindex = i as u8 + 1;
-        entries[i].name = Counter::ALL[i].name();
+        entries[i].name = for_people(Counter::ALL[i].name());
         i += 1;
     }
     entries
@@ -584,23 +590,23 @@ const ATTITUDE_FILTER: &[Entry] = &[Entry::setting(
 pub const OBJECTS: &[Object] = &[
     Object {
         index: index::DEVICE_TYPE,
-        name: "Device type",
+        name: for_people("Device type"),
         shape: Shape::Var,
-        doc: "0: no device profile",
+        doc: for_people("0: no device profile"),
         entries: &[Entry::constant(0, "Device type", Value::U32(0))],
     },
     Object {
         index: index::ERROR_REGISTER,
-        name: "Error register",
+        name: for_people("Error register"),
         shape: Shape::Var,
-        doc: "bit 0 any error, bit 4 communication, bit 7 everything else",
+        doc: for_people("bit 0 any error, bit 4 communication, bit 7 everything else"),
         entries: &[Entry::process(0, "Error register", Value::U8(0))],
     },
     Object {
         index: index::ERROR_HISTORY,
-        name: "Pre-defined error field",
+        name: for_people("Pre-defined error field"),
         shape: Shape::Array,
-        doc: "the last emergencies",
+        doc: for_people("the last emergencies"),
         entries: &[
             Entry::command(0, "Number of errors", Access::Rw, Value::U8(0))
                 .limits(Limits::OneOf(&[Value::U8(0)]))
@@ -617,16 +623,16 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::SYNC_COB_ID,
-        name: "COB-ID SYNC message",
+        name: for_people("COB-ID SYNC message"),
         shape: Shape::Var,
-        doc: "listened to, never sent",
+        doc: for_people("listened to, never sent"),
         entries: &[Entry::constant(0, "COB-ID SYNC message", Value::U32(0x80))],
     },
     Object {
         index: index::DEVICE_NAME,
-        name: "Manufacturer device name",
+        name: for_people("Manufacturer device name"),
         shape: Shape::Var,
-        doc: "",
+        doc: for_people(""),
         entries: &[Entry::constant(
             0,
             "Manufacturer device name",
@@ -635,9 +641,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::HARDWARE_VERSION,
-        name: "Manufacturer hardware version",
+        name: for_people("Manufacturer hardware version"),
         shape: Shape::Var,
-        doc: "",
+        doc: for_people(""),
         entries: &[Entry::constant(
             0,
             "Manufacturer hardware version",
@@ -646,9 +652,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::SOFTWARE_VERSION,
-        name: "Manufacturer software version",
+        name: for_people("Manufacturer software version"),
         shape: Shape::Var,
-        doc: "",
+        doc: for_people(""),
         entries: &[Entry::constant(
             0,
             "Manufacturer software version",
@@ -657,9 +663,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::STORE,
-        name: "Store parameters",
+        name: for_people("Store parameters"),
         shape: Shape::Array,
-        doc: "stores all settings",
+        doc: for_people("stores all settings"),
         entries: &[
             Entry::command(1, "Save all parameters", Access::Rw, Value::U32(1))
                 .doc("write \"save\" (0x65766173); reads 1: saved on command"),
@@ -667,9 +673,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::RESTORE,
-        name: "Restore default parameters",
+        name: for_people("Restore default parameters"),
         shape: Shape::Array,
-        doc: "forgets what was stored; defaults apply from the next reset",
+        doc: for_people("forgets what was stored; defaults apply from the next reset"),
         entries: &[
             Entry::command(1, "Restore all default parameters", Access::Rw, Value::U32(1))
                 .doc("write \"load\" (0x64616F6C); reads 1: can be restored"),
@@ -677,9 +683,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::TIME_COB_ID,
-        name: "COB-ID time stamp object",
+        name: for_people("COB-ID time stamp object"),
         shape: Shape::Var,
-        doc: "listened to, never sent",
+        doc: for_people("listened to, never sent"),
         entries: &[Entry::constant(
             0,
             "COB-ID time stamp object",
@@ -688,25 +694,25 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::EMCY_COB_ID,
-        name: "COB-ID EMCY",
+        name: for_people("COB-ID EMCY"),
         shape: Shape::Var,
-        doc: "",
+        doc: for_people(""),
         entries: &[Entry::cob_id(0, "COB-ID EMCY", 0x80)],
     },
     Object {
         index: index::HEARTBEAT,
-        name: "Producer heartbeat time",
+        name: for_people("Producer heartbeat time"),
         shape: Shape::Var,
-        doc: "0: no heartbeat",
+        doc: for_people("0: no heartbeat"),
         entries: &[
             Entry::setting(0, "Producer heartbeat time", Value::U16(500)).unit("ms"),
         ],
     },
     Object {
         index: index::IDENTITY,
-        name: "Identity object",
+        name: for_people("Identity object"),
         shape: Shape::Record,
-        doc: "also the LSS address",
+        doc: for_people("also the LSS address"),
         entries: &[
             Entry::constant(1, "Vendor-ID", Value::U32(VENDOR_ID)).doc("0: none assigned"),
             Entry::constant(2, "Product code", Value::U32(PRODUCT_CODE)).doc("\"foot\""),
@@ -717,9 +723,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::SDO_SERVER,
-        name: "SDO server parameter",
+        name: for_people("SDO server parameter"),
         shape: Shape::Record,
-        doc: "",
+        doc: for_people(""),
         entries: &[
             Entry::cob_id(1, "COB-ID client to server", 0x600),
             Entry::cob_id(2, "COB-ID server to client", 0x580),
@@ -727,9 +733,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::RPDO,
-        name: "RPDO1 communication parameter",
+        name: for_people("RPDO1 communication parameter"),
         shape: Shape::Record,
-        doc: "the load, from a robot that knows it",
+        doc: for_people("the load, from a robot that knows it"),
         entries: &[
             Entry::cob_id(1, "COB-ID", pdo::Load::BASE as u32),
             Entry::constant(2, "Transmission type", Value::U8(255)),
@@ -737,9 +743,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::RPDO_MAPPING,
-        name: "RPDO1 mapping parameter",
+        name: for_people("RPDO1 mapping parameter"),
         shape: Shape::Record,
-        doc: "",
+        doc: for_people(""),
         entries: &[Entry::constant(
             1,
             "Mapped object 1",
@@ -748,107 +754,107 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::TPDO,
-        name: "TPDO1 communication parameter",
+        name: for_people("TPDO1 communication parameter"),
         shape: Shape::Record,
-        doc: "contact",
+        doc: for_people("contact"),
         entries: &tpdo(Pdo::Contact),
     },
     Object {
         index: index::TPDO + 1,
-        name: "TPDO2 communication parameter",
+        name: for_people("TPDO2 communication parameter"),
         shape: Shape::Record,
-        doc: "axes",
+        doc: for_people("axes"),
         entries: &tpdo(Pdo::Axes),
     },
     Object {
         index: index::TPDO + 2,
-        name: "TPDO3 communication parameter",
+        name: for_people("TPDO3 communication parameter"),
         shape: Shape::Record,
-        doc: "attitude",
+        doc: for_people("attitude"),
         entries: &tpdo(Pdo::Attitude),
     },
     Object {
         index: index::TPDO + 3,
-        name: "TPDO4 communication parameter",
+        name: for_people("TPDO4 communication parameter"),
         shape: Shape::Record,
-        doc: "acceleration",
+        doc: for_people("acceleration"),
         entries: &tpdo(Pdo::Acceleration),
     },
     Object {
         index: index::TPDO + 4,
-        name: "TPDO5 communication parameter",
+        name: for_people("TPDO5 communication parameter"),
         shape: Shape::Record,
-        doc: "rate",
+        doc: for_people("rate"),
         entries: &tpdo(Pdo::Rate),
     },
     Object {
         index: index::TPDO + 5,
-        name: "TPDO6 communication parameter",
+        name: for_people("TPDO6 communication parameter"),
         shape: Shape::Record,
-        doc: "bias and temperature",
+        doc: for_people("bias and temperature"),
         entries: &tpdo(Pdo::Bias),
     },
     Object {
         index: index::TPDO + 6,
-        name: "TPDO7 communication parameter",
+        name: for_people("TPDO7 communication parameter"),
         shape: Shape::Record,
-        doc: "health",
+        doc: for_people("health"),
         entries: &tpdo(Pdo::Health),
     },
     Object {
         index: index::TPDO_MAPPING,
-        name: "TPDO1 mapping parameter",
+        name: for_people("TPDO1 mapping parameter"),
         shape: Shape::Record,
-        doc: "contact",
+        doc: for_people("contact"),
         entries: &mapping::<6>(Pdo::Contact),
     },
     Object {
         index: index::TPDO_MAPPING + 1,
-        name: "TPDO2 mapping parameter",
+        name: for_people("TPDO2 mapping parameter"),
         shape: Shape::Record,
-        doc: "axes",
+        doc: for_people("axes"),
         entries: &mapping::<7>(Pdo::Axes),
     },
     Object {
         index: index::TPDO_MAPPING + 2,
-        name: "TPDO3 mapping parameter",
+        name: for_people("TPDO3 mapping parameter"),
         shape: Shape::Record,
-        doc: "attitude",
+        doc: for_people("attitude"),
         entries: &mapping::<4>(Pdo::Attitude),
     },
     Object {
         index: index::TPDO_MAPPING + 3,
-        name: "TPDO4 mapping parameter",
+        name: for_people("TPDO4 mapping parameter"),
         shape: Shape::Record,
-        doc: "acceleration",
+        doc: for_people("acceleration"),
         entries: &mapping::<4>(Pdo::Acceleration),
     },
     Object {
         index: index::TPDO_MAPPING + 4,
-        name: "TPDO5 mapping parameter",
+        name: for_people("TPDO5 mapping parameter"),
         shape: Shape::Record,
-        doc: "rate",
+        doc: for_people("rate"),
         entries: &mapping::<4>(Pdo::Rate),
     },
     Object {
         index: index::TPDO_MAPPING + 5,
-        name: "TPDO6 mapping parameter",
+        name: for_people("TPDO6 mapping parameter"),
         shape: Shape::Record,
-        doc: "bias and temperature",
+        doc: for_people("bias and temperature"),
         entries: &mapping::<4>(Pdo::Bias),
     },
     Object {
         index: index::TPDO_MAPPING + 6,
-        name: "TPDO7 mapping parameter",
+        name: for_people("TPDO7 mapping parameter"),
         shape: Shape::Record,
-        doc: "health",
+        doc: for_people("health"),
         entries: &mapping::<4>(Pdo::Health),
     },
     Object {
         index: index::FOOT,
-        name: "Foot",
+        name: for_people("Foot"),
         shape: Shape::Var,
-        doc: MEANING_OF_FOOT,
+        doc: for_people(MEANING_OF_FOOT),
         entries: &[
             Entry::setting(0, "Foot", Value::U8(Foot::FrontLeft.code()))
                 .range(Value::U8(1), Value::U8(6)),
@@ -856,9 +862,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::NODE_ID,
-        name: "Node id",
+        name: for_people("Node id"),
         shape: Shape::Var,
-        doc: "255: none, waits for LSS",
+        doc: for_people("255: none, waits for LSS"),
         entries: &[
             Entry::setting(
                 0,
@@ -871,9 +877,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::CAN_BIT_RATE,
-        name: "CAN bit rate",
+        name: for_people("CAN bit rate"),
         shape: Shape::Var,
-        doc: "125, 250, 500 or 1000",
+        doc: for_people("125, 250, 500 or 1000"),
         entries: &[
             Entry::setting(0, "CAN bit rate", Value::U16(1000))
                 .limits(Limits::OneOf(&[
@@ -888,9 +894,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::UART_RATE,
-        name: "UART rate",
+        name: for_people("UART rate"),
         shape: Shape::Var,
-        doc: "",
+        doc: for_people(""),
         entries: &[
             Entry::setting(0, "UART rate", Value::U32(1_000_000))
                 .range(Value::U32(9_600), Value::U32(3_000_000))
@@ -900,39 +906,39 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::AUTOSTART,
-        name: "Autostart",
+        name: for_people("Autostart"),
         shape: Shape::Var,
-        doc: "1: operational, and so streaming, by itself after power-up",
+        doc: for_people("1: operational, and so streaming, by itself after power-up"),
         entries: &[Entry::switch(0, "Autostart", 1)],
     },
     Object {
         index: index::LOCK,
-        name: "Configuration lock",
+        name: for_people("Configuration lock"),
         shape: Shape::Var,
-        doc: "1: no other setting can be changed or restored. Guards against accidents, not against intent",
+        doc: for_people("1: no other setting can be changed or restored. Guards against accidents, not against intent"),
         entries: &[Entry::switch(0, "Configuration lock", 0)],
     },
     Object {
         index: index::LOG_LEVEL,
-        name: "Log level",
+        name: for_people("Log level"),
         shape: Shape::Var,
-        doc: "what is logged over UART: 0 nothing, 1 errors, 2 warnings, 3 information, 4 debugging",
+        doc: for_people("what is logged over UART: 0 nothing, 1 errors, 2 warnings, 3 information, 4 debugging"),
         entries: &[
             Entry::setting(0, "Log level", Value::U8(3)).range(Value::U8(0), Value::U8(4)),
         ],
     },
     Object {
         index: index::SELF_TEST,
-        name: "Self-test at start",
+        name: for_people("Self-test at start"),
         shape: Shape::Var,
-        doc: "1: the sensor's self-test runs at each start",
+        doc: for_people("1: the sensor's self-test runs at each start"),
         entries: &[Entry::switch(0, "Self-test at start", 0)],
     },
     Object {
         index: index::UART_STREAMS,
-        name: "UART streams",
+        name: for_people("UART streams"),
         shape: Shape::Array,
-        doc: "one message in so many ticks; 0: none",
+        doc: for_people("one message in so many ticks; 0: none"),
         entries: &[
             Entry::setting(1, "Contact", Value::U16(1)).unit("ms"),
             Entry::setting(2, "Raw sample", Value::U16(0)).unit("ms"),
@@ -941,9 +947,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::WINDOW,
-        name: "Window",
+        name: for_people("Window"),
         shape: Shape::Var,
-        doc: "how far back the estimate looks",
+        doc: for_people("how far back the estimate looks"),
         entries: &[
             Entry::setting(0, "Window", WINDOW_US)
                 .range(Value::U32(1_000), Value::U32(256_000))
@@ -952,30 +958,30 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::BANDWIDTH,
-        name: "Bandwidth",
+        name: for_people("Bandwidth"),
         shape: Shape::Array,
-        doc: "kernel standard deviation h: the sensor's noise",
+        doc: for_people("kernel standard deviation h: the sensor's noise"),
         entries: &per_axis(Params::DEFAULT.bandwidth, 1.0e3, SI),
     },
     Object {
         index: index::HALF_WIDTH,
-        name: "Half-width",
+        name: for_people("Half-width"),
         shape: Shape::Array,
-        doc: "motion within ±δ counts as rest",
+        doc: for_people("motion within ±δ counts as rest"),
         entries: &per_axis(Params::DEFAULT.half_width, 1.0e4, SI),
     },
     Object {
         index: index::ATTITUDE_FILTER,
-        name: "Attitude filter",
+        name: for_people("Attitude filter"),
         shape: Shape::Record,
-        doc: "",
+        doc: for_people(""),
         entries: ATTITUDE_FILTER,
     },
     Object {
         index: index::DECISION,
-        name: "Decision",
+        name: for_people("Decision"),
         shape: Shape::Record,
-        doc: "when the probability becomes a yes or a no",
+        doc: for_people("when the probability becomes a yes or a no"),
         entries: &[
             Entry::setting(1, "Threshold", Value::F32(Params::DEFAULT.decision.threshold))
                 .range(Value::F32(0.01), Value::F32(0.99)),
@@ -985,9 +991,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::LOAD_INPUT,
-        name: "Load input",
+        name: for_people("Load input"),
         shape: Shape::Record,
-        doc: "load = scale × (reading − offset)",
+        doc: for_people("load = scale × (reading − offset)"),
         entries: &[
             Entry::setting(1, "Source", Value::U8(0))
                 .range(Value::U8(0), Value::U8(2))
@@ -1007,9 +1013,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::CONTACT,
-        name: "Contact",
+        name: for_people("Contact"),
         shape: Shape::Record,
-        doc: "TPDO1",
+        doc: for_people("TPDO1"),
         entries: &[
             Entry::process(1, "Stable contact probability", Value::U16(0)).unit("1/65535"),
             probability_of(2, "Tangential probability"),
@@ -1023,9 +1029,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::AXES,
-        name: "Axis probabilities",
+        name: for_people("Axis probabilities"),
         shape: Shape::Array,
-        doc: "TPDO2",
+        doc: for_people("TPDO2"),
         entries: &[
             probability_of(1, "P(ax)"),
             probability_of(2, "P(ay)"),
@@ -1037,44 +1043,44 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::ATTITUDE,
-        name: "Attitude",
+        name: for_people("Attitude"),
         shape: Shape::Array,
-        doc: "TPDO3: quaternion, sensor → world",
+        doc: for_people("TPDO3: quaternion, sensor → world"),
         entries: &axes_of(["w", "x", "y", "z"], "1/32767"),
     },
     Object {
         index: index::ACCELERATION,
-        name: "Linear acceleration",
+        name: for_people("Linear acceleration"),
         shape: Shape::Array,
-        doc: "TPDO4: without gravity, sensor frame",
+        doc: for_people("TPDO4: without gravity, sensor frame"),
         entries: &axes_of(XYZ, "0.01 m/s²"),
     },
     Object {
         index: index::RATE,
-        name: "Angular rate",
+        name: for_people("Angular rate"),
         shape: Shape::Array,
-        doc: "TPDO5: without bias, sensor frame",
+        doc: for_people("TPDO5: without bias, sensor frame"),
         entries: &axes_of(XYZ, "0.00125 rad/s"),
     },
     Object {
         index: index::BIAS,
-        name: "Gyroscope bias",
+        name: for_people("Gyroscope bias"),
         shape: Shape::Array,
-        doc: "TPDO6: sensor frame",
+        doc: for_people("TPDO6: sensor frame"),
         entries: &axes_of(XYZ, "0.00001 rad/s"),
     },
     Object {
         index: index::TEMPERATURE,
-        name: "Sensor temperature",
+        name: for_people("Sensor temperature"),
         shape: Shape::Var,
-        doc: "TPDO6",
+        doc: for_people("TPDO6"),
         entries: &[Entry::process(0, "Sensor temperature", Value::I16(0)).unit("0.01 °C")],
     },
     Object {
         index: index::HEALTH,
-        name: "Health",
+        name: for_people("Health"),
         shape: Shape::Record,
-        doc: "TPDO7",
+        doc: for_people("TPDO7"),
         entries: &[
             Entry::process(1, "Flags", Value::U8(0))
                 .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap"),
@@ -1086,9 +1092,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::LOAD,
-        name: "Load",
+        name: for_people("Load"),
         shape: Shape::Var,
-        doc: "RPDO1; used with load source 2",
+        doc: for_people("RPDO1; used with load source 2"),
         entries: &[
             Entry::new(0, "Load", Role::Input, Access::Rw, Value::F32(0.0))
                 .range(Value::F32(-1.0e9), Value::F32(1.0e9))
@@ -1097,30 +1103,30 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::STAGE,
-        name: "Stage",
+        name: for_people("Stage"),
         shape: Shape::Var,
-        doc: "0 starting, 1 self-test, 2 hold the foot still, 3 running, 4 recovering",
+        doc: for_people("0 starting, 1 self-test, 2 hold the foot still, 3 running, 4 recovering"),
         entries: &[Entry::live(0, "Stage", Value::U8(0))],
     },
     Object {
         index: index::FAULTS,
-        name: "Active faults",
+        name: for_people("Active faults"),
         shape: Shape::Var,
-        doc: "bit i: the fault of number i",
+        doc: for_people("bit i: the fault of number i"),
         entries: &[Entry::live(0, "Active faults", Value::U32(0))],
     },
     Object {
         index: index::COUNTERS,
-        name: "Counters",
+        name: for_people("Counters"),
         shape: Shape::Array,
-        doc: "since power-up",
+        doc: for_people("since power-up"),
         entries: &counters(),
     },
     Object {
         index: index::LAST_CRASH,
-        name: "Last crash",
+        name: for_people("Last crash"),
         shape: Shape::Record,
-        doc: "what RAM remembers of it",
+        doc: for_people("what RAM remembers of it"),
         entries: &[
             Entry::live(1, "Reason", Value::U16(0))
                 .doc("its emergency code; 0: none"),
@@ -1129,9 +1135,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::CALIBRATION,
-        name: "Calibration",
+        name: for_people("Calibration"),
         shape: Shape::Record,
-        doc: "half-widths from steps on good ground",
+        doc: for_people("half-widths from steps on good ground"),
         entries: &[
             Entry::command(1, "Command", Access::Wo, Value::U8(0))
                 .range(Value::U8(1), Value::U8(3))

@@ -2,17 +2,20 @@
 //! encoded by the codec, its fields are cut out by the DBC's start bit, length and factor, and
 //! must be what was encoded.
 
-use can_dbc::{ByteOrder, Dbc, MessageId, NumericValue, Signal, ValueDescription, ValueType};
+use can_dbc::{
+    ByteOrder, Dbc, Message, MessageId, NumericValue, Signal, ValueDescription, ValueType,
+};
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Flags, LinearAcceleration, PerAxis, Phase,
     Probabilities, Quaternion, Timestamp, Vec3,
 };
 use proptest::prelude::*;
+use wire::dictionary::index;
 use wire::pdo::{
     ACCELERATION_STEP, Acceleration, Attitude, Axes, BIAS_STEP, Bias, Contact, Health, RATE_STEP,
     Rate, TEMPERATURE_STEP, UNIT_STEP,
 };
-use wire::{Fault, Faults, Foot, Pdo};
+use wire::{Address, Fault, Faults, Foot, Node, Pdo, Settings, Value};
 
 fn dbc() -> Dbc {
     Dbc::try_from(include_str!("../footfall.dbc")).expect("the DBC can be read")
@@ -203,7 +206,9 @@ proptest! {
         thread_local!(static DBC: Dbc = dbc());
         DBC.with(|dbc| {
             for message in &dbc.messages {
-                let (pdo, _) = pdo_of(message.id);
+                let Some((pdo, _)) = pdo_of(message.id) else {
+                    continue;
+                };
                 let frame = truth.frame(pdo);
                 for signal in &message.signals {
                     let (expected, tolerance) = truth.expected(&signal.name);
@@ -220,28 +225,81 @@ proptest! {
     }
 }
 
-fn pdo_of(id: MessageId) -> (Pdo, Foot) {
-    let MessageId::Standard(id) = id else {
-        panic!("{id:?} is not a standard identifier");
-    };
-    let (pdo, node) = Pdo::from_cob_id(id).expect("an identifier of a foot");
+fn standard(id: MessageId) -> u16 {
+    match id {
+        MessageId::Standard(id) => id,
+        MessageId::Extended(_) => panic!("{id:?} is not a standard identifier"),
+    }
+}
+
+fn pdo_of(id: MessageId) -> Option<(Pdo, Foot)> {
+    let (pdo, node) = Pdo::from_cob_id(standard(id))?;
     let foot = Foot::ALL
         .into_iter()
         .find(|foot| foot.default_node_id() == node)
         .expect("a default node id");
-    (pdo, foot)
+    Some((pdo, foot))
 }
 
 #[test]
 fn every_foot_has_every_message_under_its_name() {
     let dbc = dbc();
-    assert_eq!(dbc.messages.len(), Foot::ALL.len() * Pdo::ALL.len());
+    // Emergency and heartbeat too.
+    assert_eq!(dbc.messages.len(), Foot::ALL.len() * (Pdo::ALL.len() + 2));
     for message in &dbc.messages {
-        let (pdo, foot) = pdo_of(message.id);
+        let Some((pdo, foot)) = pdo_of(message.id) else {
+            continue;
+        };
         assert_eq!(message.name, format!("{}_{}", foot.name(), pdo.name()));
         assert_eq!(message.transmitter.as_deref(), Some(foot.name()));
         assert_eq!(message.size, 8);
     }
+}
+
+#[test]
+fn emergencies_and_heartbeats_are_what_a_node_sends() {
+    let dbc = dbc();
+    for foot in Foot::ALL {
+        let mut settings = Settings::default();
+        let node_id = foot.default_node_id();
+        let address = Address::new(index::NODE_ID, 0);
+        assert_eq!(settings.set(address, Value::U8(node_id.get())), Ok(()));
+        let mut node = Node::new(settings, 0);
+        let boot = node.boot().expect("a boot-up message");
+        let heartbeat = message(&dbc, boot.id());
+        assert_eq!(heartbeat.name, format!("{}_Heartbeat", foot.name()));
+        for fault in Fault::ALL {
+            let frame = node.raise(fault, 0x1234_5678).expect("an emergency");
+            let message = message(&dbc, frame.id());
+            assert_eq!(message.name, format!("{}_Emergency", foot.name()));
+            let register = f64::from(node.faults().register());
+            let expected = [
+                ("EmergencyCode", f64::from(fault.code())),
+                ("ErrorRegister", register),
+                ("FaultNumber", f64::from(fault.number())),
+                ("Detail", f64::from(0x1234_5678)),
+            ];
+            assert_eq!(message.signals.len(), expected.len());
+            for (signal, (name, value)) in message.signals.iter().zip(expected) {
+                assert_eq!(signal.name, name);
+                let bytes = *frame.data8().expect("eight bytes");
+                assert_eq!(extract(signal, bytes), value, "{name}");
+            }
+            let named = dbc.value_descriptions_for_signal(message.id, "EmergencyCode");
+            let named = named.expect("codes have names");
+            let name = named.iter().find(|name| name.id == i64::from(fault.code()));
+            let name = name.expect("every fault's code has a name");
+            assert_eq!(name.description, fault.name());
+        }
+    }
+}
+
+fn message(dbc: &Dbc, id: u16) -> &Message {
+    let found = |message: &&Message| standard(message.id) == id;
+    dbc.messages
+        .iter()
+        .find(found)
+        .expect("a message of the DBC")
 }
 
 #[test]

@@ -7,7 +7,7 @@
 //! | 3 | probability of no lifting and tilting, 0 to 255 for 0 to 1 |
 //! | 4, 5 | the sample's time, 10 µs, modulo 2¹⁶ |
 //! | 6 | sequence, one more with each frame, sent or dropped, modulo 2⁸ |
-//! | 7 | status, see [`Status`] |
+//! | 7 | status, [`Status`] |
 
 use estimator_core::{ContactEstimate, Decision, Flag, Flags, Phase};
 
@@ -19,7 +19,7 @@ use crate::fault::Faults;
 ///
 /// | bits | field |
 /// |---|---|
-/// | 0 to 2 | phase, the place in [`Phase::ALL`] |
+/// | 0 to 2 | phase: 0 unknown, 1 stance, 2 slip, 3 swing, 4 quiet swing |
 /// | 3 | debounced decision: stable |
 /// | 4 | valid: no flag and no fault |
 /// | 5 | saturated |

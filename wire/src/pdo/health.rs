@@ -2,7 +2,7 @@
 //!
 //! | bytes | field |
 //! |---|---|
-//! | 0 | the estimator's flags: bit *i* is the flag at place *i* in [`Flag::ALL`] |
+//! | 0 | the estimator's flags: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap |
 //! | 1 | error register (object 0x1001) |
 //! | 2, 3 | frames dropped before they got onto CAN or UART, modulo 2¹⁶ |
 //! | 4 to 7 | the foot's clock when the last SYNC came, µs modulo 2³²; 0 before the first |

@@ -3,13 +3,13 @@
 //! | bytes | field |
 //! |---|---|
 //! | 0 to 7 | the board's clock, µs |
-//! | 8 | stage, [`Stage`] |
-//! | 9 | NMT state, as in the heartbeat |
+//! | 8 | stage: 0 starting, 1 self-test, 2 hold the foot still, 3 running, 4 recovering |
+//! | 9 | NMT state, as in the heartbeat: 0 starting, 4 stopped, 5 operational, 127 pre-operational |
 //! | 10 | node id; 255: none |
 //! | 11 | error register (object 0x1001) |
 //! | 12 to 15 | active faults: bit *i* is the fault of number *i* |
 //! | 16, 17 | the sensor's temperature, 0.01 °C, signed |
-//! | 18 … | counters, 4 bytes each, in the order of `Counter::ALL` |
+//! | 18 to 61 | counters, 4 bytes each, in the order of object 0x2112 |
 
 use estimator_core::Timestamp;
 

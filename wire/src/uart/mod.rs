@@ -4,8 +4,8 @@
 //!
 //! | bytes | field |
 //! |---|---|
-//! | 0 | version of the format, [`VERSION`] |
-//! | 1 | type of the message, [`Kind`] |
+//! | 0 | version of the format: 1 |
+//! | 1 | type of the message |
 //! | 2, 3 | sequence: one more with each frame, sent or dropped, modulo 2¹⁶ |
 //! | 4 … | payload, by type |
 //! | last 4 | CRC-32 (ISO-HDLC, as in zlib and Ethernet) of all before it |

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use wire::dictionary::{Access, Entry, Limits, OBJECTS, Object, Role, Shape};
-use wire::{AbortCode, Counter, Fault, Foot, Pdo, Value};
+use wire::dictionary::{Access, Entry, Limits, OBJECTS, Object, Role, Shape, index};
+use wire::{AbortCode, Fault, Foot, Pdo, Value};
 
 /// The text with every table between `<!-- table NAME -->` and `<!-- end -->` made anew.
 pub fn update(readme: &str) -> String {
@@ -28,7 +28,6 @@ fn table(name: &str) -> String {
         "feet" => feet(),
         "faults" => faults(),
         "aborts" => aborts(),
-        "counters" => counters(),
         path => documented(path),
     }
 }
@@ -57,6 +56,16 @@ fn objects() -> String {
         String::from("| object | name | type | access | default | allowed | unit | meaning |\n");
     table.push_str("|---|---|---|---|---|---|---|---|\n");
     for object in OBJECTS {
+        if (index::TPDO_MAPPING..index::FOOT).contains(&object.index) {
+            let Object { index, name, .. } = object;
+            let mapped: Vec<String> = object.entries.iter().map(mapped).collect();
+            let _ = writeln!(
+                table,
+                "| **{index:04X}** | **{name}** | UNSIGNED32 | const | | | | {} |",
+                mapped.join(", ")
+            );
+            continue;
+        }
         if object.shape != Shape::Var {
             let Object {
                 index, name, doc, ..
@@ -85,6 +94,13 @@ fn objects() -> String {
         }
     }
     table
+}
+
+/// The object in an entry of a mapping parameter.
+fn mapped(entry: &Entry) -> String {
+    let mapped = entry.default.to_raw();
+    let subindex = mapped >> 8 & 0xFF;
+    format!("{:04X}:{subindex}", mapped >> 16)
 }
 
 fn meaning(object: &Object, entry: &Entry) -> String {
@@ -211,8 +227,4 @@ fn aborts() -> String {
         );
     }
     table
-}
-
-fn counters() -> String {
-    Counter::ALL.map(Counter::name).join(", ") + "\n"
 }

@@ -150,7 +150,7 @@ fn run(mut output: File, commands: &Receiver<String>) {
                     ..Default::default()
                 };
                 node.tick(&estimate, 25.0, &Counters::default(), |frame| {
-                    frames.push(frame)
+                    frames.push(frame);
                 });
             }
             Err(RecvTimeoutError::Disconnected) => return,
