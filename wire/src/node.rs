@@ -139,11 +139,15 @@ pub struct Node {
     waiting: Waiting,
     ticks: u32,
     heartbeat_age: u16,
-    syncs: u8,
+    syncs: u32,
     /// One bit for each PDO that a SYNC has asked for.
     asked: u8,
     sync_time: Option<Timestamp>,
     sequence: u8,
+    /// The faults of which an emergency message was sent since the last boot.
+    told: Faults,
+    /// The detail of each fault, by its number.
+    details: [u32; Fault::ALL.len()],
 }
 
 const SYNC_ID: u16 = 0x80;
@@ -182,6 +186,8 @@ impl Node {
             asked: 0,
             sync_time: None,
             sequence: 0,
+            told: Faults::NONE,
+            details: [0; Fault::ALL.len()],
         }
     }
 
@@ -196,6 +202,7 @@ impl Node {
         self.waiting = Waiting::Nobody;
         self.heartbeat_age = 0;
         self.asked = 0;
+        self.told = Faults::NONE;
         let id = self.device.id?;
         self.nmt.boot();
         if self.device.settings.autostart() {
@@ -330,7 +337,8 @@ impl Node {
         }
     }
 
-    /// A fault has come: the emergency message to send, where there is one to send.
+    /// A fault has come: the emergency message to send. There is none for a fault that was there
+    /// already; where it cannot be sent in this state, [`Node::tick`] sends it later.
     pub fn raise(&mut self, fault: Fault, detail: u32) -> Option<CanFrame> {
         if self.device.faults.contains(fault) {
             return None;
@@ -340,24 +348,34 @@ impl Node {
         if let Some(newest) = self.device.history.first_mut() {
             *newest = u32::from(fault.code()) | u32::from(fault.number()) << 16;
         }
-        self.emergency(Emergency::raised(fault, detail, self.device.faults))
-    }
-
-    /// A fault has gone: the emergency message to send, where there is one to send.
-    pub fn clear(&mut self, fault: Fault) -> Option<CanFrame> {
-        if !self.device.faults.contains(fault) {
-            return None;
+        if let Some(place) = self.details.get_mut(usize::from(fault.number())) {
+            *place = detail;
         }
-        self.device.faults = self.device.faults.without(fault);
-        self.emergency(Emergency::cleared(fault, self.device.faults))
+        self.tell(fault)
     }
 
-    fn emergency(&self, emergency: Emergency) -> Option<CanFrame> {
+    /// A fault has gone: the emergency message to send, where anybody was told of the fault.
+    pub fn clear(&mut self, fault: Fault) -> Option<CanFrame> {
+        self.device.faults = self.device.faults.without(fault);
+        let told = self.told.contains(fault);
+        self.told = self.told.without(fault);
+        let id = self.id_for_emergencies().filter(|_| told)?;
+        let emergency = Emergency::cleared(fault, self.device.faults);
+        Some(CanFrame::of(id, emergency.encode()))
+    }
+
+    fn tell(&mut self, fault: Fault) -> Option<CanFrame> {
+        let id = self.id_for_emergencies()?;
+        self.told = self.told.with(fault);
+        let detail = self.details.get(usize::from(fault.number())).copied();
+        let emergency = Emergency::raised(fault, detail.unwrap_or(0), self.device.faults);
+        Some(CanFrame::of(id, emergency.encode()))
+    }
+
+    /// The identifier of emergency messages, in the states in which they are sent.
+    fn id_for_emergencies(&self) -> Option<u16> {
         match self.device.state {
-            NmtState::PreOperational | NmtState::Operational => Some(CanFrame::of(
-                self.device.id?.cob_id(0x80),
-                emergency.encode(),
-            )),
+            NmtState::PreOperational | NmtState::Operational => Some(self.device.id?.cob_id(0x80)),
             NmtState::Initialising | NmtState::Stopped => None,
         }
     }
@@ -395,6 +413,12 @@ impl Node {
         }
         if let Some(heartbeat) = self.heartbeat(id) {
             send(heartbeat);
+        }
+        let untold = |fault: &Fault| !self.told.contains(*fault);
+        if let Some(fault) = self.device.faults.iter().find(untold)
+            && let Some(emergency) = self.tell(fault)
+        {
+            send(emergency);
         }
     }
 
@@ -455,9 +479,10 @@ impl Node {
     fn receive_sync(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
         self.sync_time = Some(now);
         self.syncs = self.syncs.wrapping_add(1);
-        for pdo in Pdo::ALL {
+        let asking = self.device.state == NmtState::Operational;
+        for pdo in Pdo::ALL.into_iter().filter(|_| asking) {
             if let Trigger::Sync(every) = self.device.settings.trigger(pdo)
-                && self.syncs.is_multiple_of(every.max(1))
+                && self.syncs.is_multiple_of(u32::from(every))
             {
                 self.asked |= 1 << pdo as u8;
             }
@@ -529,13 +554,12 @@ impl Node {
                 _ => {}
             }
         }
-        let pending = self.lss.pending_node_id();
         let answer = self.lss.handle(request);
         let address = Address::new(index::NODE_ID, 0);
-        let assigned = self.lss.pending_node_id();
-        let changed = assigned != pending
+        // Accepted: the setting is the one place where the id is kept.
+        let changed = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]))
             && (self.device.settings)
-                .set(address, Value::U8(assigned))
+                .set(address, Value::U8(self.lss.pending_node_id()))
                 .is_ok();
         Outcome {
             reply: answer.map(|answer| CanFrame::of(lss::LSS_SLAVE_COB_ID, answer)),

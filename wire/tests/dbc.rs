@@ -88,6 +88,7 @@ impl Truth {
         let stable = self.estimate.decision == Decision::Stable;
         let phase = match self.estimate.phase {
             Phase::Stance | Phase::QuietSwing if !valid => Phase::Unknown,
+            _ if fault => Phase::Unknown,
             phase => phase,
         };
         let Probabilities {

@@ -557,6 +557,32 @@ fn faults_are_told_once_remembered_and_cleared() {
 }
 
 #[test]
+fn faults_from_before_the_boot_are_told_after_it_and_again_after_a_reset() {
+    let mut node = Node::new(Settings::default(), 1);
+    assert_eq!(
+        node.raise(Fault::Panic, 0x0800_4321),
+        None,
+        "not booted yet"
+    );
+    assert_eq!(node.raise(Fault::CrystalMissing, 0), None);
+    for _ in 0..2 {
+        node.boot();
+        let told: Vec<CanFrame> = (0..10)
+            .flat_map(|_| tick(&mut node, &ContactEstimate::default()))
+            .filter(|frame| frame.id() == 0x80 + u16::from(ID))
+            .collect();
+        assert_eq!(told.len(), 2, "each of the two once");
+        assert_eq!(told[0].data(), [0x01, 0x50, 0x81, 9, 0, 0, 0, 0]);
+        assert_eq!(told[1].data(), [0x01, 0x61, 0x81, 12, 0x21, 0x43, 0, 8]);
+    }
+    assert!(node.clear(Fault::Panic).is_some());
+    // One that nobody heard of goes unheard.
+    node.command(Command::StopRemoteNode);
+    assert_eq!(node.raise(Fault::LateTick, 1200), None);
+    assert_eq!(node.clear(Fault::LateTick), None);
+}
+
+#[test]
 fn with_a_fault_of_the_sensor_no_frame_says_stable() {
     let estimate = ContactEstimate {
         probabilities: Probabilities {
@@ -727,6 +753,10 @@ fn lss_gives_a_foot_its_node_id() {
         node.finish(Ok(())).expect("an answer").data()[..2],
         [0x17, 0]
     );
+    // The setting was changed by other means: LSS still has the last word.
+    assert!(node.write(setting, &[0x33]).is_ok());
+    let again = send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
+    assert_eq!(again.event, Some(Event::Changed(setting)));
     // The old id counts until the reset.
     assert_eq!(node.id().map(wire::NodeId::get), Some(ID));
     assert_eq!(node.boot().expect("a boot-up message").id(), 0x722);

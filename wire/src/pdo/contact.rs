@@ -27,7 +27,7 @@ use crate::fault::Faults;
 /// | 7 | settling: the window is not full, or up is not yet known |
 ///
 /// A status that is not valid never says "stable", whoever made it and whatever bits came in:
-/// neither as decision nor as a phase that rests on one.
+/// neither as decision nor as a phase that rests on one. With a fault the phase is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
 
@@ -69,7 +69,9 @@ impl Status {
         }
         if !status.is_valid() {
             status.0 &= !DECISION;
-            if matches!(status.phase(), Phase::Stance | Phase::QuietSwing) {
+            let rests = matches!(status.phase(), Phase::Stance | Phase::QuietSwing);
+            // With a fault nobody knows whether the foot moves either.
+            if rests || status.has_fault() {
                 status.0 = status.0 & !PHASE | Phase::Unknown as u8;
             }
         }
@@ -356,6 +358,9 @@ mod tests {
             let stable = status.decision() == Decision::Stable
                 || matches!(status.phase(), Phase::Stance | Phase::QuietSwing);
             assert!(status.is_valid() || !stable, "{bits:#010b}");
+            if status.has_fault() {
+                assert_eq!(status.phase(), Phase::Unknown, "{bits:#010b}");
+            }
             if status.has_fault() || status.is_saturated() || status.is_settling() {
                 assert!(!status.is_valid(), "{bits:#010b}");
             }

@@ -43,6 +43,11 @@ impl Decoding {
         zero.then_some(0)
     }
 
+    /// Whether nothing has come yet.
+    pub(super) const fn is_fresh(&self) -> bool {
+        self.left == 0 && !self.zero_due
+    }
+
     /// Whether a frame may end here.
     pub(super) const fn is_complete(&self) -> bool {
         self.left == 0

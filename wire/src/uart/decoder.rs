@@ -103,6 +103,12 @@ impl Decoder {
         self.drops
     }
 
+    /// Whether bytes have come since the last zero: at the end of a recording, a frame cut off.
+    #[must_use]
+    pub const fn is_inside_frame(&self) -> bool {
+        self.length > 0 || !self.decoding.is_fresh()
+    }
+
     /// Takes in a byte: gives out a frame, or what was wrong with it, at its end.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame, Problem>> {
         if byte != 0 {
@@ -238,6 +244,19 @@ mod tests {
         // A restart of the other side is no gap.
         let (_, drops) = decode(&[frame(500), frame(0)].concat());
         assert_eq!(drops.missing, 0);
+    }
+
+    #[test]
+    fn a_recording_that_ends_inside_a_frame_says_so() {
+        let mut decoder = Decoder::new();
+        for byte in frame(1) {
+            decoder.push(byte);
+        }
+        assert!(!decoder.is_inside_frame());
+        for byte in &frame(2)[..3] {
+            decoder.push(*byte);
+            assert!(decoder.is_inside_frame());
+        }
     }
 
     #[test]
