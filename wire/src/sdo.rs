@@ -434,6 +434,10 @@ mod tests {
         let unsized_ = [0x20, 0x00, 0x20, 0, 0, 0, 0, 0];
         let seven = [0x01, 1, 2, 3, 4, 5, 6, 7];
         assert_eq!(refused(&[unsized_, seven]), AbortCode::TooLong);
+        // Another number of bytes than was declared.
+        let four = [0x21, 0x00, 0x20, 0, 4, 0, 0, 0];
+        let three = [0b0000_1001, 1, 2, 3, 0, 0, 0, 0];
+        assert_eq!(refused(&[four, three]), AbortCode::Length);
         // The wrong toggle, a segment from nowhere, a block transfer, a name.
         let toggled = [0x11, 1, 2, 3, 4, 0, 0, 0];
         assert_eq!(refused(&[unsized_, toggled]), AbortCode::ToggleBit);
