@@ -1,0 +1,130 @@
+//! Why a read or a write was refused: the abort codes of CiA 301, used on CAN and UART alike.
+
+/// An SDO abort code (CiA 301, table 22).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AbortCode {
+    /// The toggle bit of a segment did not alternate.
+    ToggleBit,
+    /// The command specifier is not known, or does not fit the state of the transfer.
+    Command,
+    /// The object can only be written.
+    WriteOnly,
+    /// The object can only be read.
+    ReadOnly,
+    /// There is no such object.
+    NoObject,
+    /// The value does not go together with the other settings.
+    Incompatible,
+    /// The store failed.
+    Hardware,
+    /// The length does not fit the object's type.
+    Length,
+    /// The value is longer than the object's type.
+    TooLong,
+    /// The value is shorter than the object's type.
+    TooShort,
+    /// There is no such sub-index.
+    NoSubindex,
+    /// The value is none of those allowed.
+    InvalidValue,
+    /// The value is above the upper limit.
+    TooHigh,
+    /// The value is below the lower limit.
+    TooLow,
+    /// The data cannot be stored: wrong signature.
+    CannotStore,
+    /// Refused by the configuration lock.
+    Locked,
+    /// Refused in this state: configuration is written in pre-operational only.
+    DeviceState,
+}
+
+impl AbortCode {
+    /// All codes.
+    pub const ALL: [Self; 17] = [
+        Self::ToggleBit,
+        Self::Command,
+        Self::WriteOnly,
+        Self::ReadOnly,
+        Self::NoObject,
+        Self::Incompatible,
+        Self::Hardware,
+        Self::Length,
+        Self::TooLong,
+        Self::TooShort,
+        Self::NoSubindex,
+        Self::InvalidValue,
+        Self::TooHigh,
+        Self::TooLow,
+        Self::CannotStore,
+        Self::Locked,
+        Self::DeviceState,
+    ];
+
+    /// The code on the wire.
+    #[must_use]
+    pub const fn code(self) -> u32 {
+        match self {
+            Self::ToggleBit => 0x0503_0000,
+            Self::Command => 0x0504_0001,
+            Self::WriteOnly => 0x0601_0001,
+            Self::ReadOnly => 0x0601_0002,
+            Self::NoObject => 0x0602_0000,
+            Self::Incompatible => 0x0604_0043,
+            Self::Hardware => 0x0606_0000,
+            Self::Length => 0x0607_0010,
+            Self::TooLong => 0x0607_0012,
+            Self::TooShort => 0x0607_0013,
+            Self::NoSubindex => 0x0609_0011,
+            Self::InvalidValue => 0x0609_0030,
+            Self::TooHigh => 0x0609_0031,
+            Self::TooLow => 0x0609_0032,
+            Self::CannotStore => 0x0800_0020,
+            Self::Locked => 0x0800_0021,
+            Self::DeviceState => 0x0800_0022,
+        }
+    }
+
+    /// The reason with this code.
+    #[must_use]
+    pub fn from_code(code: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|abort| abort.code() == code)
+    }
+
+    /// What it means, in the words of CiA 301 or shorter.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ToggleBit => "toggle bit not alternated",
+            Self::Command => "command specifier not valid",
+            Self::WriteOnly => "write-only object",
+            Self::ReadOnly => "read-only object",
+            Self::NoObject => "no such object",
+            Self::Incompatible => "does not go together with the other settings",
+            Self::Hardware => "hardware error",
+            Self::Length => "length does not fit the type",
+            Self::TooLong => "value too long",
+            Self::TooShort => "value too short",
+            Self::NoSubindex => "no such sub-index",
+            Self::InvalidValue => "value not allowed",
+            Self::TooHigh => "value too high",
+            Self::TooLow => "value too low",
+            Self::CannotStore => "cannot be stored: wrong signature",
+            Self::Locked => "configuration is locked",
+            Self::DeviceState => "only in pre-operational state",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_stands_for_one_reason() {
+        for abort in AbortCode::ALL {
+            assert_eq!(AbortCode::from_code(abort.code()), Some(abort));
+        }
+        assert_eq!(AbortCode::from_code(0), None);
+    }
+}

@@ -1,0 +1,149 @@
+//! Little-endian reading and writing without a way to panic.
+
+/// Takes fields off the front of some bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    pub(crate) const fn new(bytes: &'a [u8]) -> Self {
+        Self(bytes)
+    }
+
+    pub(crate) fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (head, rest) = self.0.split_first_chunk::<N>()?;
+        self.0 = rest;
+        Some(*head)
+    }
+
+    pub(crate) fn u8(&mut self) -> Option<u8> {
+        self.array().map(u8::from_le_bytes)
+    }
+
+    pub(crate) fn u16(&mut self) -> Option<u16> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    pub(crate) fn i16(&mut self) -> Option<i16> {
+        self.array().map(i16::from_le_bytes)
+    }
+
+    pub(crate) fn u32(&mut self) -> Option<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    pub(crate) fn u64(&mut self) -> Option<u64> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    pub(crate) fn f32(&mut self) -> Option<f32> {
+        self.array().map(f32::from_le_bytes)
+    }
+
+    pub(crate) fn rest(self) -> &'a [u8] {
+        self.0
+    }
+
+    /// `value` where nothing is left over: a frame that is too long is not the frame it says it is.
+    pub(crate) fn finish<T>(self, value: T) -> Option<T> {
+        self.0.is_empty().then_some(value)
+    }
+}
+
+/// Appends fields to a buffer of fixed size. What does not fit is left out, and
+/// [`Writer::finish`] says so.
+#[derive(Debug)]
+pub(crate) struct Writer<'a> {
+    buffer: &'a mut [u8],
+    length: usize,
+    overflowed: bool,
+}
+
+impl<'a> Writer<'a> {
+    pub(crate) const fn new(buffer: &'a mut [u8]) -> Self {
+        Self {
+            buffer,
+            length: 0,
+            overflowed: false,
+        }
+    }
+
+    pub(crate) fn bytes(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            match self.buffer.get_mut(self.length) {
+                Some(place) => {
+                    *place = byte;
+                    self.length += 1;
+                }
+                None => self.overflowed = true,
+            }
+        }
+    }
+
+    pub(crate) fn u8(&mut self, value: u8) {
+        self.bytes(&[value]);
+    }
+
+    pub(crate) fn u16(&mut self, value: u16) {
+        self.bytes(&value.to_le_bytes());
+    }
+
+    pub(crate) fn i16(&mut self, value: i16) {
+        self.bytes(&value.to_le_bytes());
+    }
+
+    pub(crate) fn u32(&mut self, value: u32) {
+        self.bytes(&value.to_le_bytes());
+    }
+
+    pub(crate) fn u64(&mut self, value: u64) {
+        self.bytes(&value.to_le_bytes());
+    }
+
+    pub(crate) fn f32(&mut self, value: f32) {
+        self.bytes(&value.to_le_bytes());
+    }
+
+    /// How many bytes were written; `None` where they did not all fit.
+    pub(crate) const fn finish(self) -> Option<usize> {
+        if self.overflowed {
+            None
+        } else {
+            Some(self.length)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_written_is_read_back_and_nothing_more() {
+        let mut buffer = [0; 32];
+        let mut writer = Writer::new(&mut buffer);
+        writer.u8(1);
+        writer.u16(0x0302);
+        writer.i16(-2);
+        writer.u32(0x0706_0504);
+        writer.u64(u64::MAX - 1);
+        writer.f32(1.5);
+        let length = writer.finish().expect("it fits");
+        assert_eq!(buffer[..7], [1, 2, 3, 0xFE, 0xFF, 4, 5]);
+        let mut reader = Reader::new(&buffer[..length]);
+        assert_eq!(reader.u8(), Some(1));
+        assert_eq!(reader.u16(), Some(0x0302));
+        assert_eq!(reader.i16(), Some(-2));
+        assert_eq!(reader.u32(), Some(0x0706_0504));
+        assert_eq!(reader.u64(), Some(u64::MAX - 1));
+        assert_eq!(reader.f32(), Some(1.5));
+        assert_eq!(reader.u8(), None);
+    }
+
+    #[test]
+    fn a_full_buffer_is_reported() {
+        let mut buffer = [0; 3];
+        let mut writer = Writer::new(&mut buffer);
+        writer.u32(0);
+        assert_eq!(writer.finish(), None);
+    }
+}

@@ -1,0 +1,381 @@
+//! Faults, and the emergency message (EMCY) that tells of each.
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 0, 1 | emergency code, [`Fault::code`]; 0x0000 where the fault has gone |
+//! | 2 | error register (object 0x1001) as it is now |
+//! | 3 | number of the fault, [`Fault::number`] |
+//! | 4 to 7 | detail, [`Fault::detail`] says what it is |
+
+use canopen_rs::emcy::{EmergencyMessage, ErrorRegister};
+
+/// Something is wrong with the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The sensor gives no data-ready edge.
+    SensorSilent,
+    /// The sensor repeats its readings.
+    SensorFrozen,
+    /// The sensor's `WHO_AM_I` is not that of the part.
+    SensorWrongId,
+    /// The sensor has lost its configuration: it was reset.
+    SensorReset,
+    /// A register did not read back what was written.
+    SensorConfigMismatch,
+    /// The sensor has been at the end of its range for longer than an impact lasts.
+    SensorSaturated,
+    /// Data-ready edges or the FIFO are not in step with the sampling loop.
+    SensorTiming,
+    /// The sensor's self-test failed.
+    SensorSelfTest,
+    /// The load sensor's input is open or out of range.
+    LoadSensorOpen,
+    /// The crystal does not start: the board runs on its internal oscillator, with CAN off.
+    CrystalMissing,
+    /// The stored configuration was unreadable: defaults are in use.
+    ConfigCorrupted,
+    /// The configuration could not be stored.
+    ConfigStore,
+    /// The program panicked and was restarted.
+    Panic,
+    /// The processor took a fault exception and was restarted.
+    HardFault,
+    /// The watchdog restarted the board.
+    WatchdogReset,
+    /// A tick's work took longer than a tick.
+    LateTick,
+    /// Received CAN frames were lost.
+    CanOverrun,
+    /// The CAN controller is error-passive.
+    CanErrorPassive,
+    /// The CAN controller was bus-off and has recovered.
+    CanBusOff,
+    /// A received PDO has the wrong length.
+    PdoLength,
+    /// Received UART bytes were lost.
+    UartOverrun,
+    /// The calibration found no usable steps.
+    CalibrationFailed,
+}
+
+impl Fault {
+    /// All faults, in the order of their numbers.
+    pub const ALL: [Self; 22] = [
+        Self::SensorSilent,
+        Self::SensorFrozen,
+        Self::SensorWrongId,
+        Self::SensorReset,
+        Self::SensorConfigMismatch,
+        Self::SensorSaturated,
+        Self::SensorTiming,
+        Self::SensorSelfTest,
+        Self::LoadSensorOpen,
+        Self::CrystalMissing,
+        Self::ConfigCorrupted,
+        Self::ConfigStore,
+        Self::Panic,
+        Self::HardFault,
+        Self::WatchdogReset,
+        Self::LateTick,
+        Self::CanOverrun,
+        Self::CanErrorPassive,
+        Self::CanBusOff,
+        Self::PdoLength,
+        Self::UartOverrun,
+        Self::CalibrationFailed,
+    ];
+
+    /// The emergency code. The first digits are the class CiA 301 gives it (table 26): 5 hardware,
+    /// 6 software, 7 additional modules, 8 monitoring, FF device specific; 0x6300, 0x8110, 0x8120,
+    /// 0x8140 and 0x8210 have their meaning from there.
+    #[must_use]
+    pub const fn code(self) -> u16 {
+        match self {
+            Self::SensorSilent => 0x7001,
+            Self::SensorFrozen => 0x7002,
+            Self::SensorWrongId => 0x7003,
+            Self::SensorReset => 0x7004,
+            Self::SensorConfigMismatch => 0x7005,
+            Self::SensorSaturated => 0x7006,
+            Self::SensorTiming => 0x7007,
+            Self::SensorSelfTest => 0x7008,
+            Self::LoadSensorOpen => 0x7010,
+            Self::CrystalMissing => 0x5001,
+            Self::ConfigCorrupted => 0x6300,
+            Self::ConfigStore => 0x6301,
+            Self::Panic => 0x6101,
+            Self::HardFault => 0x6102,
+            Self::WatchdogReset => 0x6103,
+            Self::LateTick => 0x6104,
+            Self::CanOverrun => 0x8110,
+            Self::CanErrorPassive => 0x8120,
+            Self::CanBusOff => 0x8140,
+            Self::PdoLength => 0x8210,
+            Self::UartOverrun => 0x81F0,
+            Self::CalibrationFailed => 0xFF01,
+        }
+    }
+
+    /// What it is, in a few words.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::SensorSilent => "sensor silent",
+            Self::SensorFrozen => "sensor frozen",
+            Self::SensorWrongId => "sensor has a wrong WHO_AM_I",
+            Self::SensorReset => "sensor was reset",
+            Self::SensorConfigMismatch => "sensor register does not read back",
+            Self::SensorSaturated => "sensor saturated for long",
+            Self::SensorTiming => "sensor out of step",
+            Self::SensorSelfTest => "sensor self-test failed",
+            Self::LoadSensorOpen => "load sensor open",
+            Self::CrystalMissing => "crystal missing",
+            Self::ConfigCorrupted => "stored configuration unreadable",
+            Self::ConfigStore => "configuration not stored",
+            Self::Panic => "program panicked",
+            Self::HardFault => "processor fault",
+            Self::WatchdogReset => "watchdog reset",
+            Self::LateTick => "tick too long",
+            Self::CanOverrun => "CAN overrun",
+            Self::CanErrorPassive => "CAN error-passive",
+            Self::CanBusOff => "recovered from CAN bus-off",
+            Self::PdoLength => "received PDO has a wrong length",
+            Self::UartOverrun => "UART overrun",
+            Self::CalibrationFailed => "calibration failed",
+        }
+    }
+
+    /// What the detail of its emergency message is.
+    #[must_use]
+    pub const fn detail(self) -> &'static str {
+        match self {
+            Self::SensorSilent | Self::SensorFrozen => "how long, µs",
+            Self::SensorWrongId => "the WHO_AM_I read",
+            Self::SensorConfigMismatch => "register, written, read, from the lowest byte",
+            Self::SensorReset | Self::SensorSaturated => "samples affected",
+            Self::SensorTiming => "samples missed or FIFO words lost",
+            Self::SensorSelfTest => "bit i: axis i failed, in the order ax ay az wx wy wz",
+            Self::LoadSensorOpen => "raw reading",
+            Self::Panic | Self::HardFault => "program counter",
+            Self::LateTick => "how long, µs",
+            Self::CanOverrun | Self::UartOverrun => "frames or bytes lost so far",
+            Self::CanErrorPassive => "receive and transmit error counter, from the lowest byte",
+            Self::CanBusOff => "recoveries so far",
+            Self::PdoLength => "bytes received",
+            Self::ConfigCorrupted | Self::ConfigStore => "index and sub-index, or 0",
+            Self::CalibrationFailed => "steps found",
+            Self::CrystalMissing | Self::WatchdogReset => "0",
+        }
+    }
+
+    /// The fault's number, from 0: its bit in [`Faults`].
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// The fault with this number.
+    #[must_use]
+    pub fn from_number(number: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|fault| fault.number() == number)
+    }
+
+    /// The bits it sets in the error register, beside the generic one.
+    #[must_use]
+    pub const fn register_bits(self) -> u8 {
+        match self {
+            Self::CanOverrun
+            | Self::CanErrorPassive
+            | Self::CanBusOff
+            | Self::PdoLength
+            | Self::UartOverrun => ErrorRegister::COMMUNICATION,
+            _ => ErrorRegister::MANUFACTURER,
+        }
+    }
+
+    /// Whether an estimate cannot be believed while it lasts: the motion itself is not known.
+    #[must_use]
+    pub const fn voids_estimate(self) -> bool {
+        matches!(
+            self,
+            Self::SensorSilent
+                | Self::SensorFrozen
+                | Self::SensorWrongId
+                | Self::SensorReset
+                | Self::SensorConfigMismatch
+                | Self::SensorSaturated
+                | Self::SensorTiming
+                | Self::SensorSelfTest
+        )
+    }
+}
+
+/// A set of [`Fault`]s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Faults(u32);
+
+impl Faults {
+    /// No fault.
+    pub const NONE: Self = Self(0);
+
+    /// This set with `fault` in it.
+    #[must_use]
+    pub const fn with(self, fault: Fault) -> Self {
+        Self(self.0 | 1 << fault.number())
+    }
+
+    /// This set without `fault`.
+    #[must_use]
+    pub const fn without(self, fault: Fault) -> Self {
+        Self(self.0 & !(1 << fault.number()))
+    }
+
+    /// Whether `fault` is in the set.
+    #[must_use]
+    pub const fn contains(self, fault: Fault) -> bool {
+        self.0 & (1 << fault.number()) != 0
+    }
+
+    /// Whether the set is empty.
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The faults in the set.
+    pub fn iter(self) -> impl Iterator<Item = Fault> {
+        Fault::ALL
+            .into_iter()
+            .filter(move |fault| self.contains(*fault))
+    }
+
+    /// The set as bits: bit *i* stands for the fault of number *i*.
+    #[must_use]
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The set with these bits; bits without a fault are dropped.
+    #[must_use]
+    pub const fn from_bits(bits: u32) -> Self {
+        Self(bits & ((1 << Fault::ALL.len()) - 1))
+    }
+
+    /// Whether one of them [voids](Fault::voids_estimate) the estimate.
+    #[must_use]
+    pub fn void_estimate(self) -> bool {
+        self.iter().any(Fault::voids_estimate)
+    }
+
+    /// The error register (object 0x1001) while these last.
+    #[must_use]
+    pub fn register(self) -> u8 {
+        self.iter().fold(0, |register, fault| {
+            register | ErrorRegister::GENERIC | fault.register_bits()
+        })
+    }
+}
+
+/// An emergency message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Emergency {
+    /// The emergency code; 0 where a fault has gone.
+    pub code: u16,
+    /// The error register after the change.
+    pub register: u8,
+    /// The fault it is about; `None` for a number this version does not know.
+    pub fault: Option<Fault>,
+    /// What [`Fault::detail`] says.
+    pub detail: u32,
+}
+
+impl Emergency {
+    /// `fault` has come; `active` is what there is now.
+    #[must_use]
+    pub fn raised(fault: Fault, detail: u32, active: Faults) -> Self {
+        Self {
+            code: fault.code(),
+            register: active.with(fault).register(),
+            fault: Some(fault),
+            detail,
+        }
+    }
+
+    /// `fault` has gone; `active` is what is left.
+    #[must_use]
+    pub fn cleared(fault: Fault, active: Faults) -> Self {
+        Self {
+            code: canopen_rs::emcy::error_code::ERROR_RESET,
+            register: active.without(fault).register(),
+            fault: Some(fault),
+            detail: 0,
+        }
+    }
+
+    /// The message's bytes.
+    #[must_use]
+    pub fn encode(&self) -> [u8; 8] {
+        let number = self.fault.map_or(u8::MAX, Fault::number);
+        let [a, b, c, d] = self.detail.to_le_bytes();
+        EmergencyMessage::new(
+            self.code,
+            ErrorRegister(self.register),
+            [number, a, b, c, d],
+        )
+        .encode()
+    }
+
+    /// The message in `bytes`, whatever they are.
+    #[must_use]
+    pub fn decode(bytes: &[u8; 8]) -> Self {
+        let [code_low, code_high, register, number, a, b, c, d] = *bytes;
+        Self {
+            code: u16::from_le_bytes([code_low, code_high]),
+            register,
+            fault: Fault::from_number(number),
+            detail: u32::from_le_bytes([a, b, c, d]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn golden_bytes_of_an_emergency() {
+        let raised = Emergency::raised(Fault::HardFault, 0x0800_1234, Faults::NONE);
+        assert_eq!(
+            raised.encode(),
+            [0x02, 0x61, 0x81, 13, 0x34, 0x12, 0x00, 0x08]
+        );
+        let active = Faults::NONE.with(Fault::HardFault).with(Fault::CanBusOff);
+        let cleared = Emergency::cleared(Fault::HardFault, active);
+        assert_eq!(cleared.encode(), [0, 0, 0x11, 13, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn decoding_gives_back_what_was_encoded() {
+        for fault in Fault::ALL {
+            let emergency = Emergency::raised(fault, 0xDEAD_BEEF, Faults::NONE);
+            assert_eq!(Emergency::decode(&emergency.encode()), emergency);
+        }
+    }
+
+    #[test]
+    fn every_fault_has_its_own_code_and_number() {
+        for (i, fault) in Fault::ALL.into_iter().enumerate() {
+            assert_eq!(usize::from(fault.number()), i);
+            let same = Fault::ALL.into_iter().filter(|f| f.code() == fault.code());
+            assert_eq!(same.count(), 1, "{fault:?}");
+        }
+    }
+
+    #[test]
+    fn whatever_the_sensor_does_wrong_voids_the_estimate_and_a_lost_byte_does_not() {
+        for fault in Fault::ALL {
+            let sensor = fault.name().starts_with("sensor");
+            assert_eq!(fault.voids_estimate(), sensor, "{fault:?}");
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Which foot it is, and its address on the bus.
+
+/// A foot of a robot with two or four legs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Foot {
+    /// Front left; also what a board is that nobody has configured.
+    #[default]
+    FrontLeft,
+    /// Front right.
+    FrontRight,
+    /// Rear left.
+    RearLeft,
+    /// Rear right.
+    RearRight,
+    /// Left, of a biped.
+    Left,
+    /// Right, of a biped.
+    Right,
+}
+
+impl Foot {
+    /// All feet, in the order of their codes, from 1.
+    pub const ALL: [Self; 6] = [
+        Self::FrontLeft,
+        Self::FrontRight,
+        Self::RearLeft,
+        Self::RearRight,
+        Self::Left,
+        Self::Right,
+    ];
+
+    /// The short name in DBC messages and files: `FL` … `R`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::FrontLeft => "FL",
+            Self::FrontRight => "FR",
+            Self::RearLeft => "RL",
+            Self::RearRight => "RR",
+            Self::Left => "L",
+            Self::Right => "R",
+        }
+    }
+
+    /// The foot's code in the object dictionary, 1 to 6.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8 + 1
+    }
+
+    /// The foot with this code.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|foot| foot.code() == code)
+    }
+
+    /// The node id a foot has unless another is set: 0x11 to 0x16.
+    #[must_use]
+    pub const fn default_node_id(self) -> NodeId {
+        NodeId(0x10 + self.code())
+    }
+}
+
+/// A CANopen node id, 1 to 127.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NodeId(u8);
+
+impl NodeId {
+    /// `id` as a node id, where it is one.
+    #[must_use]
+    pub const fn new(id: u8) -> Option<Self> {
+        if id >= 1 && id <= 127 {
+            Some(Self(id))
+        } else {
+            None
+        }
+    }
+
+    /// The id as a number.
+    #[must_use]
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+
+    /// The identifier of this node's frame with the function code of `base`.
+    #[must_use]
+    pub const fn cob_id(self, base: u16) -> u16 {
+        base + self.0 as u16
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_node_ids_are_those_of_the_documentation() {
+        let ids = Foot::ALL.map(|foot| (foot.name(), foot.default_node_id().get()));
+        assert_eq!(
+            ids,
+            [
+                ("FL", 0x11),
+                ("FR", 0x12),
+                ("RL", 0x13),
+                ("RR", 0x14),
+                ("L", 0x15),
+                ("R", 0x16)
+            ]
+        );
+    }
+
+    #[test]
+    fn codes_and_feet_go_together() {
+        for foot in Foot::ALL {
+            assert_eq!(Foot::from_code(foot.code()), Some(foot));
+        }
+        assert_eq!((Foot::from_code(0), Foot::from_code(7)), (None, None));
+        assert_eq!((NodeId::new(0), NodeId::new(128)), (None, None));
+    }
+}

@@ -1,0 +1,96 @@
+//! A classic CAN data frame with a standard identifier.
+
+use embedded_can::{Frame, Id, StandardId};
+
+/// Up to eight bytes under an 11-bit identifier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CanFrame {
+    id: u16,
+    length: u8,
+    data: [u8; 8],
+}
+
+impl CanFrame {
+    /// A frame; `None` where the identifier has more than 11 bits or there are more than 8 bytes.
+    #[must_use]
+    pub fn new(id: u16, data: &[u8]) -> Option<Self> {
+        if id > 0x7FF || data.len() > 8 {
+            return None;
+        }
+        let mut bytes = [0; 8];
+        for (to, from) in bytes.iter_mut().zip(data) {
+            *to = *from;
+        }
+        Some(Self {
+            id,
+            length: data.len() as u8,
+            data: bytes,
+        })
+    }
+
+    /// A frame of a node: the identifiers of the connection set always fit.
+    pub(crate) const fn of<const N: usize>(id: u16, data: [u8; N]) -> Self {
+        const { assert!(N <= 8) };
+        let mut bytes = [0; 8];
+        if let Some(head) = bytes.first_chunk_mut::<N>() {
+            *head = data;
+        }
+        Self {
+            id: id & 0x7FF,
+            length: N as u8,
+            data: bytes,
+        }
+    }
+
+    /// The identifier (CANopen: COB-ID).
+    #[must_use]
+    pub const fn id(&self) -> u16 {
+        self.id
+    }
+
+    /// The data bytes.
+    #[must_use]
+    pub fn data(&self) -> &[u8] {
+        self.data.get(..usize::from(self.length)).unwrap_or(&[])
+    }
+
+    /// The eight data bytes of a frame that has as many.
+    #[must_use]
+    pub const fn data8(&self) -> Option<&[u8; 8]> {
+        if self.length == 8 {
+            Some(&self.data)
+        } else {
+            None
+        }
+    }
+
+    /// The frame as the type of a CAN driver.
+    #[must_use]
+    pub fn to_driver<F: Frame>(&self) -> Option<F> {
+        F::new(StandardId::new(self.id)?, self.data())
+    }
+
+    /// A driver's frame; `None` for remote frames and for extended identifiers, which CANopen
+    /// devices do not use here.
+    #[must_use]
+    pub fn from_driver<F: Frame>(frame: &F) -> Option<Self> {
+        match frame.id() {
+            Id::Standard(id) if frame.is_data_frame() => Self::new(id.as_raw(), frame.data()),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_holds_what_fits_and_refuses_what_does_not() {
+        let frame = CanFrame::new(0x7FF, &[1, 2, 3]).expect("it fits");
+        assert_eq!((frame.id(), frame.data()), (0x7FF, &[1, 2, 3][..]));
+        assert_eq!(frame, CanFrame::of(0x7FF, [1, 2, 3]));
+        assert_eq!(CanFrame::new(0x800, &[]), None);
+        assert_eq!(CanFrame::new(0, &[0; 9]), None);
+    }
+}

@@ -1,0 +1,68 @@
+//! The bytes that footfall speaks on CAN and UART. Where they come from and where they go, this
+//! crate does not know: frames go in, frames and events come out.
+//!
+//! | what | module |
+//! |---|---|
+//! | every object that can be read or set, with type, range and meaning | [`dictionary`] |
+//! | the values of those that are kept over power-off | [`settings`] |
+//! | CAN: the process data of a foot, one file a frame | [`pdo`] |
+//! | CAN: everything of a sample in one CAN FD frame | [`fd`] |
+//! | CAN: read and write objects | [`sdo`] |
+//! | CAN: a CANopen device out of all these | [`node`] |
+//! | faults and their emergency codes | [`fault`] |
+//! | UART: frames, and a decoder that finds its way back after any garbage | [`uart`] |
+//!
+//! No allocation, no `unsafe`, no panic on any bytes. Integers are little-endian everywhere.
+//!
+//! ```
+//! use estimator_core::ContactEstimate;
+//! use wire::pdo::Contact;
+//!
+//! let estimate = ContactEstimate::default();
+//! let bytes = Contact::new(&estimate, 7, wire::fault::Faults::NONE).encode();
+//! assert_eq!(Contact::decode(&bytes).sequence, 7);
+//! ```
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod abort;
+mod bytes;
+pub mod counter;
+pub mod dictionary;
+pub mod fault;
+pub mod fd;
+pub mod foot;
+pub mod frame;
+pub mod node;
+pub mod pdo;
+pub mod sdo;
+pub mod settings;
+pub mod stage;
+pub mod uart;
+pub mod value;
+
+pub use abort::AbortCode;
+pub use counter::{Counter, Counters};
+pub use dictionary::Address;
+pub use fault::{Emergency, Fault, Faults};
+pub use foot::{Foot, NodeId};
+pub use frame::CanFrame;
+pub use node::{Event, Node, Outcome};
+pub use pdo::Pdo;
+pub use settings::Settings;
+pub use stage::Stage;
+pub use value::{DataType, Value};

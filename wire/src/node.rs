@@ -1,0 +1,773 @@
+//! A CANopen device out of dictionary, settings, SDO server, PDOs and faults: frames in, frames
+//! and [`Event`]s out. It keeps no time of its own and touches no hardware.
+//!
+//! The application calls [`Node::boot`] at start and after each reset, [`Node::receive`] with each
+//! received frame and [`Node::tick`] each millisecond, and acts on the events. UART messages reach
+//! the same objects by [`Node::read`] and [`Node::write`], under the same rules:
+//!
+//! - settings are written in pre-operational state only, else `0x0800_0022`;
+//! - with the configuration lock set no other setting can be changed or restored, `0x0800_0021`;
+//! - a refused value changes nothing.
+
+use canopen_rs::lss::{self, LssAddress, LssSlave, LssState};
+use canopen_rs::nmt;
+use canopen_rs::time::{TIME_COB_ID, TimeOfDay};
+use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
+use estimator_core::{ContactEstimate, PerAxis, Timestamp};
+
+use crate::abort::AbortCode;
+use crate::counter::{Counter, Counters};
+use crate::dictionary::{
+    self, Access, Address, ERROR_HISTORY, PRODUCT_CODE, Place, REVISION, Role, SIGNATURE_RESTORE,
+    SIGNATURE_STORE, VENDOR_ID, index,
+};
+use crate::fault::{Emergency, Fault, Faults};
+use crate::foot::NodeId;
+use crate::frame::CanFrame;
+use crate::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, PDOS, Pdo, Rate};
+use crate::sdo::{Objects, SdoServer, Written};
+use crate::settings::{Settings, Trigger};
+use crate::stage::Stage;
+use crate::value::Value;
+
+pub use canopen_rs::time::TimeOfDay as TimeStamp;
+pub use canopen_rs::{NmtCommand as Command, NmtState as State};
+
+/// Something the application has to know or to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// A setting has a new value: [`Node::settings`].
+    Changed(Address),
+    /// Store the settings, then call [`Node::finish`].
+    Store,
+    /// Forget the stored settings so that the defaults apply from the next reset, then call
+    /// [`Node::finish`].
+    Restore,
+    /// The NMT state has changed.
+    State(NmtState),
+    /// Reset the whole board.
+    ResetNode,
+    /// Reset the communication: load the stored settings and call [`Node::boot`].
+    ResetCommunication,
+    /// A SYNC came, with its counter where it has one.
+    Sync(Option<u8>),
+    /// A time stamp came.
+    Time(TimeOfDay),
+    /// The robot says what the load is.
+    Load(Load),
+    /// Somebody wants half-widths from steps on good ground.
+    Calibration(Calibration),
+}
+
+/// What the calibration is told to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Calibration {
+    /// Collect steps.
+    Start,
+    /// Make the proposed half-widths the settings.
+    Accept,
+    /// Give up.
+    Cancel,
+}
+
+/// How far the calibration is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum CalibrationState {
+    /// It was not asked for.
+    #[default]
+    Idle,
+    /// It collects steps.
+    Collecting,
+    /// It proposes these half-widths.
+    Ready(PerAxis<f32>),
+    /// There were too few usable steps.
+    Failed,
+}
+
+/// What came of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// The frame to send in answer.
+    pub reply: Option<CanFrame>,
+    /// What the application has to know or to do.
+    pub event: Option<Event>,
+}
+
+/// Why and where the board crashed last, as RAM remembers it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crash {
+    /// [`Fault::Panic`], [`Fault::HardFault`] or [`Fault::WatchdogReset`].
+    pub fault: Fault,
+    /// The program counter.
+    pub program_counter: u32,
+}
+
+/// Who waits for the answer to a store or a restore.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Waiting {
+    #[default]
+    Nobody,
+    Sdo,
+    Lss,
+}
+
+/// What the objects are made of: everything of the node but its protocols.
+#[derive(Clone, Debug)]
+struct Device {
+    id: Option<NodeId>,
+    serial: u32,
+    settings: Settings,
+    state: NmtState,
+    faults: Faults,
+    history: [u32; ERROR_HISTORY],
+    payloads: [[u8; 8]; PDOS],
+    stage: Stage,
+    counters: Counters,
+    crash: Option<Crash>,
+    calibration: CalibrationState,
+    load: Load,
+    event: Option<Event>,
+}
+
+/// A foot on the bus.
+#[derive(Debug)]
+pub struct Node {
+    device: Device,
+    nmt: NmtStateMachine,
+    lss: LssSlave,
+    sdo: SdoServer,
+    waiting: Waiting,
+    ticks: u32,
+    heartbeat_age: u16,
+    syncs: u32,
+    /// One bit for each PDO that a SYNC has asked for.
+    asked: u8,
+    sync_time: Option<Timestamp>,
+    sequence: u8,
+    /// The faults of which an emergency message was sent since the last boot.
+    told: Faults,
+    /// The detail of each fault, by its number.
+    details: [u32; Fault::ALL.len()],
+}
+
+const SYNC_ID: u16 = 0x80;
+const LSS_CONFIGURE_NODE_ID: u8 = 0x11;
+const LSS_CONFIGURE_BIT_TIMING: u8 = 0x13;
+const LSS_STORE: u8 = 0x17;
+
+impl Node {
+    /// A node that has not booted yet. `serial` tells this board from all others.
+    #[must_use]
+    pub fn new(settings: Settings, serial: u32) -> Self {
+        let id = settings.node_id();
+        Self {
+            lss: lss_slave(id, serial),
+            device: Device {
+                id,
+                serial,
+                settings,
+                state: NmtState::Initialising,
+                faults: Faults::NONE,
+                history: [0; ERROR_HISTORY],
+                payloads: [[0; 8]; PDOS],
+                stage: Stage::Starting,
+                counters: Counters::default(),
+                crash: None,
+                calibration: CalibrationState::Idle,
+                load: Load(0.0),
+                event: None,
+            },
+            nmt: NmtStateMachine::new(),
+            sdo: SdoServer::new(),
+            waiting: Waiting::Nobody,
+            ticks: 0,
+            heartbeat_age: 0,
+            syncs: 0,
+            asked: 0,
+            sync_time: None,
+            sequence: 0,
+            told: Faults::NONE,
+            details: [0; Fault::ALL.len()],
+        }
+    }
+
+    /// Takes up the node id of the settings and announces the node; with autostart it is
+    /// operational at once, else pre-operational. Without a node id there is nothing to announce,
+    /// and only LSS is served.
+    pub fn boot(&mut self) -> Option<CanFrame> {
+        self.device.id = self.device.settings.node_id();
+        self.lss = lss_slave(self.device.id, self.device.serial);
+        self.nmt = NmtStateMachine::new();
+        self.sdo = SdoServer::new();
+        self.waiting = Waiting::Nobody;
+        self.heartbeat_age = 0;
+        self.asked = 0;
+        self.told = Faults::NONE;
+        let id = self.device.id?;
+        self.nmt.boot();
+        if self.device.settings.autostart() {
+            self.nmt.apply(NmtCommand::StartRemoteNode);
+        }
+        self.device.state = self.nmt.state();
+        Some(CanFrame::of(
+            id.cob_id(nmt::HEARTBEAT_COB_BASE),
+            nmt::BOOTUP_FRAME,
+        ))
+    }
+
+    /// The node's id; `None` while it waits for one.
+    #[must_use]
+    pub const fn id(&self) -> Option<NodeId> {
+        self.device.id
+    }
+
+    /// The NMT state.
+    #[must_use]
+    pub const fn state(&self) -> NmtState {
+        self.device.state
+    }
+
+    /// The settings.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.device.settings
+    }
+
+    /// Replaces all settings, as after loading the stored ones. A new node id counts from
+    /// [`Node::boot`] on.
+    pub fn set_settings(&mut self, settings: Settings) {
+        self.device.settings = settings;
+    }
+
+    /// The active faults.
+    #[must_use]
+    pub const fn faults(&self) -> Faults {
+        self.device.faults
+    }
+
+    /// Publishes what the board is doing.
+    pub const fn set_stage(&mut self, stage: Stage) {
+        self.device.stage = stage;
+    }
+
+    /// Publishes the last crash.
+    pub const fn set_crash(&mut self, crash: Crash) {
+        self.device.crash = Some(crash);
+    }
+
+    /// Publishes how far the calibration is.
+    pub const fn set_calibration(&mut self, calibration: CalibrationState) {
+        self.device.calibration = calibration;
+    }
+
+    /// The load as the robot last said, over RPDO1 or SDO.
+    #[must_use]
+    pub const fn load(&self) -> Load {
+        self.device.load
+    }
+
+    /// Takes in a received frame. `now` is when it came, on the clock of the samples.
+    pub fn receive(&mut self, frame: &CanFrame, now: Timestamp) -> Outcome {
+        if frame.id() == lss::LSS_MASTER_COB_ID {
+            return self.receive_lss(frame);
+        }
+        let Some(id) = self.device.id else {
+            return Outcome::default();
+        };
+        match frame.id() {
+            nmt::NMT_COMMAND_COB_ID => event(self.receive_nmt(frame.data(), id)),
+            SYNC_ID => event(self.receive_sync(frame.data(), now)),
+            TIME_COB_ID => event(TimeOfDay::decode(frame.data()).ok().map(Event::Time)),
+            other if other == id.cob_id(0x600) => self.receive_sdo(frame, id),
+            other if other == id.cob_id(Load::BASE) => self.receive_load(frame.data()),
+            _ => Outcome::default(),
+        }
+    }
+
+    /// An NMT command, from the bus or from the UART.
+    pub fn command(&mut self, command: NmtCommand) -> Option<Event> {
+        let before = self.nmt.state();
+        let after = self.nmt.apply(command);
+        self.device.state = after;
+        match command {
+            NmtCommand::ResetNode => Some(Event::ResetNode),
+            NmtCommand::ResetCommunication => Some(Event::ResetCommunication),
+            _ => (after != before).then_some(Event::State(after)),
+        }
+    }
+
+    /// Reads an object.
+    ///
+    /// # Errors
+    /// Why it cannot be read.
+    pub fn read(&mut self, address: Address) -> Result<Value, AbortCode> {
+        self.device.read(address)
+    }
+
+    /// Writes an object with the bytes of a value; the event says what is to be done about it. A
+    /// store or a restore that was asked for here is answered by the application itself.
+    ///
+    /// # Errors
+    /// Why the value was refused; nothing has changed then.
+    pub fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Option<Event>, AbortCode> {
+        let size = self.device.writable_size(address)?;
+        if bytes.len() != size {
+            return Err(AbortCode::Length);
+        }
+        self.device.write(address, bytes)?;
+        Ok(self.device.event.take())
+    }
+
+    /// Answers the [`Event::Store`] or [`Event::Restore`] that a master waits for.
+    pub fn finish(&mut self, result: Result<(), AbortCode>) -> Option<CanFrame> {
+        match core::mem::take(&mut self.waiting) {
+            Waiting::Nobody => None,
+            Waiting::Sdo => {
+                let answer = self.sdo.finish(result)?;
+                Some(CanFrame::of(self.device.id?.cob_id(0x580), answer))
+            }
+            Waiting::Lss => {
+                // 2: the storage media could not be accessed.
+                let error = if result.is_ok() { 0 } else { 2 };
+                Some(CanFrame::of(
+                    lss::LSS_SLAVE_COB_ID,
+                    [LSS_STORE, error, 0, 0, 0, 0, 0, 0],
+                ))
+            }
+        }
+    }
+
+    /// A fault has come: the emergency message to send. There is none for a fault that was there
+    /// already; where it cannot be sent in this state, [`Node::tick`] sends it later.
+    pub fn raise(&mut self, fault: Fault, detail: u32) -> Option<CanFrame> {
+        if self.device.faults.contains(fault) {
+            return None;
+        }
+        self.device.faults = self.device.faults.with(fault);
+        self.device.history.rotate_right(1);
+        if let Some(newest) = self.device.history.first_mut() {
+            *newest = u32::from(fault.code()) | u32::from(fault.number()) << 16;
+        }
+        if let Some(place) = self.details.get_mut(usize::from(fault.number())) {
+            *place = detail;
+        }
+        self.tell(fault)
+    }
+
+    /// A fault has gone: the emergency message to send, where anybody was told of the fault.
+    pub fn clear(&mut self, fault: Fault) -> Option<CanFrame> {
+        self.device.faults = self.device.faults.without(fault);
+        let told = self.told.contains(fault);
+        self.told = self.told.without(fault);
+        let id = self.id_for_emergencies().filter(|_| told)?;
+        let emergency = Emergency::cleared(fault, self.device.faults);
+        Some(CanFrame::of(id, emergency.encode()))
+    }
+
+    fn tell(&mut self, fault: Fault) -> Option<CanFrame> {
+        let id = self.id_for_emergencies()?;
+        self.told = self.told.with(fault);
+        let detail = self.details.get(usize::from(fault.number())).copied();
+        let emergency = Emergency::raised(fault, detail.unwrap_or(0), self.device.faults);
+        Some(CanFrame::of(id, emergency.encode()))
+    }
+
+    /// The identifier of emergency messages, in the states in which they are sent.
+    fn id_for_emergencies(&self) -> Option<u16> {
+        match self.device.state {
+            NmtState::PreOperational | NmtState::Operational => Some(self.device.id?.cob_id(0x80)),
+            NmtState::Initialising | NmtState::Stopped => None,
+        }
+    }
+
+    /// One millisecond: takes in the newest estimate, and sends what is due, the contact first.
+    ///
+    /// A frame that cannot be sent is still counted in its sequence, so that its gap is seen.
+    pub fn tick(
+        &mut self,
+        estimate: &ContactEstimate,
+        temperature: f32,
+        counters: &Counters,
+        mut send: impl FnMut(CanFrame),
+    ) {
+        self.ticks = self.ticks.wrapping_add(1);
+        self.device.counters = *counters;
+        self.publish(estimate, temperature);
+        let Some(id) = self.device.id else {
+            return;
+        };
+        if self.device.state == NmtState::Operational {
+            for pdo in Pdo::ALL {
+                if self.is_due(pdo) {
+                    let payload = self.device.payloads.get(pdo as usize);
+                    send(CanFrame::of(
+                        pdo.cob_id(id),
+                        payload.copied().unwrap_or_default(),
+                    ));
+                    if pdo == Pdo::Contact {
+                        self.sequence = self.sequence.wrapping_add(1);
+                    }
+                }
+            }
+            self.asked = 0;
+        }
+        if let Some(heartbeat) = self.heartbeat(id) {
+            send(heartbeat);
+        }
+        let untold = |fault: &Fault| !self.told.contains(*fault);
+        if let Some(fault) = self.device.faults.iter().find(untold)
+            && let Some(emergency) = self.tell(fault)
+        {
+            send(emergency);
+        }
+    }
+
+    fn publish(&mut self, estimate: &ContactEstimate, temperature: f32) {
+        let faults = self.device.faults;
+        let health = Health::new(
+            estimate.flags,
+            faults.register(),
+            self.device.counters.dropped(),
+            self.sync_time,
+        );
+        self.device.payloads = [
+            Contact::new(estimate, self.sequence, faults).encode(),
+            Axes::new(estimate, faults).encode(),
+            Attitude::new(estimate).encode(),
+            Acceleration::new(estimate).encode(),
+            Rate::new(estimate).encode(),
+            Bias::new(estimate, temperature).encode(),
+            health.encode(),
+        ];
+    }
+
+    fn is_due(&self, pdo: Pdo) -> bool {
+        match self.device.settings.trigger(pdo) {
+            Trigger::Off => false,
+            Trigger::Sync(_) => self.asked & 1 << pdo as u8 != 0,
+            // Each at its own phase, so that slow frames do not come all on one tick.
+            Trigger::Ticks(period) => {
+                let period = u32::from(period).max(1);
+                self.ticks.wrapping_add(pdo as u32).is_multiple_of(period)
+            }
+        }
+    }
+
+    fn heartbeat(&mut self, id: NodeId) -> Option<CanFrame> {
+        let period = self.device.settings.heartbeat_ms();
+        self.heartbeat_age = self.heartbeat_age.saturating_add(1);
+        let due = period != 0 && self.heartbeat_age >= period;
+        if !due || self.device.state == NmtState::Initialising {
+            return None;
+        }
+        self.heartbeat_age = 0;
+        Some(CanFrame::of(
+            id.cob_id(nmt::HEARTBEAT_COB_BASE),
+            nmt::encode_heartbeat(self.device.state),
+        ))
+    }
+
+    fn receive_nmt(&mut self, data: &[u8], id: NodeId) -> Option<Event> {
+        let (command, target) = nmt::decode_command(data.first_chunk()?).ok()?;
+        if target.raw() == 0 || target.raw() == id.get() {
+            self.command(command)
+        } else {
+            None
+        }
+    }
+
+    fn receive_sync(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
+        self.sync_time = Some(now);
+        self.syncs = self.syncs.wrapping_add(1);
+        let asking = self.device.state == NmtState::Operational;
+        for pdo in Pdo::ALL.into_iter().filter(|_| asking) {
+            if let Trigger::Sync(every) = self.device.settings.trigger(pdo)
+                && self.syncs.is_multiple_of(u32::from(every))
+            {
+                self.asked |= 1 << pdo as u8;
+            }
+        }
+        Some(Event::Sync(data.first().copied()))
+    }
+
+    fn receive_sdo(&mut self, frame: &CanFrame, id: NodeId) -> Outcome {
+        let served = matches!(
+            self.device.state,
+            NmtState::PreOperational | NmtState::Operational
+        );
+        let (true, Some(request)) = (served, frame.data8()) else {
+            return Outcome::default();
+        };
+        let answer = self.sdo.handle(request, &mut self.device);
+        let event = self.device.event.take();
+        if matches!(event, Some(Event::Store | Event::Restore)) {
+            self.waiting = Waiting::Sdo;
+        }
+        Outcome {
+            reply: answer.map(|answer| CanFrame::of(id.cob_id(0x580), answer)),
+            event,
+        }
+    }
+
+    fn receive_load(&mut self, data: &[u8]) -> Outcome {
+        if self.device.state != NmtState::Operational {
+            return Outcome::default();
+        }
+        if data.len() < 4 {
+            return Outcome {
+                reply: self.raise(Fault::PdoLength, data.len() as u32),
+                event: None,
+            };
+        }
+        let load = Load::decode(data);
+        self.device.load = load.unwrap_or(self.device.load);
+        Outcome {
+            reply: self.clear(Fault::PdoLength),
+            event: load.map(Event::Load),
+        }
+    }
+
+    fn receive_lss(&mut self, frame: &CanFrame) -> Outcome {
+        let Some(request) = frame.data8() else {
+            return Outcome::default();
+        };
+        let [service, ..] = *request;
+        if self.lss.state() == LssState::Configuration {
+            let refused = |error, specific| Outcome {
+                reply: Some(CanFrame::of(
+                    lss::LSS_SLAVE_COB_ID,
+                    [service, error, specific, 0, 0, 0, 0, 0],
+                )),
+                event: None,
+            };
+            match service {
+                // 255: refused for a reason of this device's own.
+                LSS_CONFIGURE_NODE_ID if self.device.settings.is_locked() => {
+                    return refused(255, 1);
+                }
+                // 1: not supported. The bit rate is a setting (0x2002).
+                LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
+                LSS_STORE => {
+                    self.waiting = Waiting::Lss;
+                    return event(Some(Event::Store));
+                }
+                _ => {}
+            }
+        }
+        let answer = self.lss.handle(request);
+        let address = Address::new(index::NODE_ID, 0);
+        // Accepted: the setting is the one place where the id is kept.
+        let changed = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]))
+            && (self.device.settings)
+                .set(address, Value::U8(self.lss.pending_node_id()))
+                .is_ok();
+        Outcome {
+            reply: answer.map(|answer| CanFrame::of(lss::LSS_SLAVE_COB_ID, answer)),
+            event: changed.then_some(Event::Changed(address)),
+        }
+    }
+}
+
+fn event(event: Option<Event>) -> Outcome {
+    Outcome { reply: None, event }
+}
+
+fn lss_slave(id: Option<NodeId>, serial: u32) -> LssSlave {
+    let address = LssAddress {
+        vendor_id: VENDOR_ID,
+        product_code: PRODUCT_CODE,
+        revision_number: REVISION,
+        serial_number: serial,
+    };
+    LssSlave::new(address, id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
+}
+
+impl Device {
+    fn id(&self) -> u32 {
+        self.id.map_or(0, |id| u32::from(id.get()))
+    }
+
+    /// What the PDO that maps `address` holds of it.
+    fn process(&self, address: Address) -> Option<u32> {
+        for (pdo, payload) in Pdo::ALL.into_iter().zip(self.payloads) {
+            let mut rest = u64::from_le_bytes(payload);
+            for mapped in pdo.mapping() {
+                if mapped.address == address {
+                    return Some(rest as u32);
+                }
+                rest >>= mapped.bits;
+            }
+        }
+        None
+    }
+
+    fn errors(&self) -> impl Iterator<Item = u32> {
+        self.history.into_iter().take_while(|error| *error != 0)
+    }
+
+    fn live(&self, address: Address) -> Option<u32> {
+        let part = usize::from(address.subindex).checked_sub(1);
+        Some(match address.index {
+            index::ERROR_HISTORY => part.and_then(|i| self.history.get(i).copied())?,
+            index::IDENTITY => self.serial,
+            index::STAGE => u32::from(self.stage.code()),
+            index::FAULTS => self.faults.bits(),
+            index::COUNTERS => {
+                (self.counters).get(part.and_then(|i| Counter::ALL.get(i).copied())?)
+            }
+            index::LAST_CRASH => match (self.crash, address.subindex) {
+                (Some(crash), 1) => u32::from(crash.fault.code()),
+                (Some(crash), _) => crash.program_counter,
+                (None, _) => 0,
+            },
+            index::CALIBRATION => match (address.subindex, self.calibration) {
+                (2, CalibrationState::Idle) => 0,
+                (2, CalibrationState::Collecting) => 1,
+                (2, CalibrationState::Ready(_)) => 2,
+                (2, CalibrationState::Failed) => 3,
+                (sub, CalibrationState::Ready(proposal)) => {
+                    let axis = usize::from(sub).checked_sub(3)?;
+                    proposal.to_array().get(axis)?.to_bits()
+                }
+                _ => 0,
+            },
+            _ => return None,
+        })
+    }
+
+    fn write_setting(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
+        if self.state != NmtState::PreOperational {
+            return Err(AbortCode::DeviceState);
+        }
+        if self.settings.is_locked() && address.index != index::LOCK {
+            return Err(AbortCode::Locked);
+        }
+        self.settings.set(address, value)?;
+        self.event = Some(Event::Changed(address));
+        Ok(())
+    }
+
+    fn run_command(&mut self, address: Address, value: Value) -> Result<Written, AbortCode> {
+        match (address.index, value) {
+            (index::ERROR_HISTORY, _) => {
+                self.history = [0; ERROR_HISTORY];
+                Ok(Written::Done)
+            }
+            (index::STORE, Value::U32(SIGNATURE_STORE)) => {
+                self.event = Some(Event::Store);
+                Ok(Written::Pending)
+            }
+            (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) if self.settings.is_locked() => {
+                Err(AbortCode::Locked)
+            }
+            (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) => {
+                self.event = Some(Event::Restore);
+                Ok(Written::Pending)
+            }
+            (index::STORE | index::RESTORE, _) => Err(AbortCode::CannotStore),
+            (index::CALIBRATION, Value::U8(command)) => {
+                let command = match command {
+                    1 => Calibration::Start,
+                    2 => Calibration::Accept,
+                    _ => Calibration::Cancel,
+                };
+                if command == Calibration::Accept {
+                    if self.state != NmtState::PreOperational {
+                        return Err(AbortCode::DeviceState);
+                    }
+                    if self.settings.is_locked() {
+                        return Err(AbortCode::Locked);
+                    }
+                    let CalibrationState::Ready(proposal) = self.calibration else {
+                        return Err(AbortCode::InvalidValue);
+                    };
+                    self.accept(proposal)?;
+                }
+                self.event = Some(Event::Calibration(command));
+                Ok(Written::Done)
+            }
+            _ => Err(AbortCode::ReadOnly),
+        }
+    }
+
+    /// Makes proposed half-widths the settings: all or none.
+    fn accept(&mut self, proposal: PerAxis<f32>) -> Result<(), AbortCode> {
+        let mut settings = self.settings.clone();
+        for (subindex, half_width) in (1..).zip(proposal.to_array()) {
+            let address = Address::new(index::HALF_WIDTH, subindex);
+            settings.set(address, Value::F32(half_width))?;
+        }
+        self.settings = settings;
+        Ok(())
+    }
+}
+
+impl Objects for Device {
+    fn read(&mut self, address: Address) -> Result<Value, AbortCode> {
+        let entry = match dictionary::find(address)? {
+            Place::Highest(highest) => return Ok(Value::U8(highest)),
+            Place::Entry(entry, _) if entry.access == Access::Wo => {
+                return Err(AbortCode::WriteOnly);
+            }
+            Place::Entry(entry, _) => entry,
+        };
+        let raw = match (entry.role, address.index) {
+            (_, index::ERROR_REGISTER) => u32::from(self.faults.register()),
+            (Role::Constant, _) => return Ok(entry.default),
+            (Role::Setting, _) => {
+                return self.settings.get(address).ok_or(AbortCode::NoObject);
+            }
+            (Role::CobId, _) => entry.default.to_raw().wrapping_add(self.id()),
+            (Role::PdoCobId, _) => self
+                .settings
+                .get(address)
+                .ok_or(AbortCode::NoObject)?
+                .to_raw()
+                .wrapping_add(self.id()),
+            (Role::Process, _) => self.process(address).ok_or(AbortCode::NoObject)?,
+            (Role::Input, _) => self.load.0.to_bits(),
+            (Role::Command, index::ERROR_HISTORY) => self.errors().count() as u32,
+            (Role::Command, _) => return Ok(entry.default),
+            (Role::Live, _) => self.live(address).ok_or(AbortCode::NoObject)?,
+        };
+        Value::from_raw(entry.data_type(), raw).ok_or(AbortCode::NoObject)
+    }
+
+    fn writable_size(&mut self, address: Address) -> Result<usize, AbortCode> {
+        match dictionary::find(address)? {
+            Place::Entry(entry, _) if matches!(entry.access, Access::Rw | Access::Wo) => {
+                entry.data_type().size().ok_or(AbortCode::ReadOnly)
+            }
+            Place::Entry(..) | Place::Highest(_) => Err(AbortCode::ReadOnly),
+        }
+    }
+
+    fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Written, AbortCode> {
+        let Place::Entry(entry, _) = dictionary::find(address)? else {
+            return Err(AbortCode::ReadOnly);
+        };
+        let value = Value::from_bytes(entry.data_type(), bytes).ok_or(AbortCode::Length)?;
+        match entry.role {
+            Role::Setting => self.write_setting(address, value)?,
+            Role::PdoCobId => {
+                let id = value.to_raw().wrapping_sub(self.id());
+                self.write_setting(address, Value::U32(id))?;
+            }
+            Role::Input => {
+                entry.limits.check(value)?;
+                if let Value::F32(load) = value {
+                    self.load = Load(load);
+                    self.event = Some(Event::Load(self.load));
+                }
+            }
+            Role::Command => {
+                entry.limits.check(value)?;
+                return self.run_command(address, value);
+            }
+            Role::Constant | Role::CobId | Role::Process | Role::Live => {
+                return Err(AbortCode::ReadOnly);
+            }
+        }
+        Ok(Written::Done)
+    }
+}

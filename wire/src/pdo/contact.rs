@@ -1,0 +1,369 @@
+//! TPDO1: the contact, each tick.
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 0, 1 | probability of stable contact, 0 to 65535 for 0 to 1 |
+//! | 2 | probability of no motion along the ground, 0 to 255 for 0 to 1 |
+//! | 3 | probability of no lifting and tilting, 0 to 255 for 0 to 1 |
+//! | 4, 5 | the sample's time, 10 µs, modulo 2¹⁶ |
+//! | 6 | sequence, one more with each frame, sent or dropped, modulo 2⁸ |
+//! | 7 | status, [`Status`] |
+
+use estimator_core::{ContactEstimate, Decision, Flag, Flags, Phase};
+
+use super::{Mapped, P8, P16, ShortTime, Signal, TIMESTAMP};
+use crate::dictionary::index;
+use crate::fault::Faults;
+
+/// The status byte.
+///
+/// | bits | field |
+/// |---|---|
+/// | 0 to 2 | phase: 0 unknown, 1 stance, 2 slip, 3 swing, 4 quiet swing |
+/// | 3 | debounced decision: stable |
+/// | 4 | valid: no flag and no fault |
+/// | 5 | saturated |
+/// | 6 | fault: the sensor cannot be believed |
+/// | 7 | settling: the window is not full, or up is not yet known |
+///
+/// A status that is not valid never says "stable", whoever made it and whatever bits came in:
+/// neither as decision nor as a phase that rests on one. With a fault the phase is unknown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Status(u8);
+
+const DECISION: u8 = 1 << 3;
+const VALID: u8 = 1 << 4;
+const SATURATED: u8 = 1 << 5;
+const FAULT: u8 = 1 << 6;
+const SETTLING: u8 = 1 << 7;
+
+impl Status {
+    /// The status of an estimate while `faults` last.
+    #[must_use]
+    pub fn new(decision: Decision, phase: Phase, flags: Flags, faults: Faults) -> Self {
+        let mut bits = phase as u8;
+        if decision == Decision::Stable {
+            bits |= DECISION;
+        }
+        if faults.void_estimate() {
+            bits |= FAULT;
+        } else if flags.is_empty() {
+            bits |= VALID;
+        }
+        if flags.contains(Flag::Saturated) {
+            bits |= SATURATED;
+        }
+        if flags.contains(Flag::WindowNotFull) || flags.contains(Flag::AttitudeNotInitialised) {
+            bits |= SETTLING;
+        }
+        Self::from_bits(bits)
+    }
+
+    /// The status with these bits, less what a status that is not valid may not say.
+    #[must_use]
+    pub fn from_bits(bits: u8) -> Self {
+        let doubtful = FAULT | SATURATED | SETTLING;
+        let mut status = Self(bits);
+        if bits & doubtful != 0 {
+            status.0 &= !VALID;
+        }
+        if !status.is_valid() {
+            status.0 &= !DECISION;
+            let rests = matches!(status.phase(), Phase::Stance | Phase::QuietSwing);
+            // With a fault nobody knows whether the foot moves either.
+            if rests || status.has_fault() {
+                status.0 = status.0 & !PHASE | Phase::Unknown as u8;
+            }
+        }
+        status
+    }
+
+    /// The byte.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// The phase; unknown for a code that stands for none.
+    #[must_use]
+    pub fn phase(self) -> Phase {
+        let code = usize::from(self.0 & PHASE);
+        Phase::ALL.get(code).copied().unwrap_or(Phase::Unknown)
+    }
+
+    /// The debounced decision.
+    #[must_use]
+    pub const fn decision(self) -> Decision {
+        if self.0 & DECISION != 0 {
+            Decision::Stable
+        } else {
+            Decision::NotStable
+        }
+    }
+
+    /// Whether nothing is in doubt.
+    #[must_use]
+    pub const fn is_valid(self) -> bool {
+        self.0 & VALID != 0
+    }
+
+    /// Whether the newest sample is at the end of the sensor's range.
+    #[must_use]
+    pub const fn is_saturated(self) -> bool {
+        self.0 & SATURATED != 0
+    }
+
+    /// Whether the sensor cannot be believed.
+    #[must_use]
+    pub const fn has_fault(self) -> bool {
+        self.0 & FAULT != 0
+    }
+
+    /// Whether the window is not full or up is not yet known.
+    #[must_use]
+    pub const fn is_settling(self) -> bool {
+        self.0 & SETTLING != 0
+    }
+}
+
+const PHASE: u8 = 0b111;
+
+/// The contents of TPDO1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Contact {
+    /// Probability of stable contact.
+    pub stable: P16,
+    /// Probability of no motion along the ground.
+    pub tangential: P8,
+    /// Probability of no lifting and tilting.
+    pub vertical: P8,
+    /// When the sample was acquired.
+    pub timestamp: ShortTime,
+    /// One more with each frame.
+    pub sequence: u8,
+    /// Phase, decision and what they rest on.
+    pub status: Status,
+}
+
+impl Contact {
+    /// The frame for an estimate while `faults` last: with a fault that
+    /// [voids](crate::Fault::voids_estimate) the estimate every probability is 0.
+    #[must_use]
+    pub fn new(estimate: &ContactEstimate, sequence: u8, faults: Faults) -> Self {
+        let probabilities = if faults.void_estimate() {
+            estimator_core::Probabilities::default()
+        } else {
+            estimate.probabilities
+        };
+        Self {
+            stable: P16::new(probabilities.stable),
+            tangential: P8::new(probabilities.tangential),
+            vertical: P8::new(probabilities.vertical),
+            timestamp: estimate.timestamp.into(),
+            sequence,
+            status: Status::new(estimate.decision, estimate.phase, estimate.flags, faults),
+        }
+    }
+
+    /// The frame's bytes.
+    #[must_use]
+    pub fn encode(&self) -> [u8; 8] {
+        let [stable_low, stable_high] = self.stable.0.to_le_bytes();
+        let [time_low, time_high] = self.timestamp.0.to_le_bytes();
+        [
+            stable_low,
+            stable_high,
+            self.tangential.0,
+            self.vertical.0,
+            time_low,
+            time_high,
+            self.sequence,
+            self.status.bits(),
+        ]
+    }
+
+    /// The frame with these bytes, whatever they are.
+    #[must_use]
+    pub fn decode(bytes: &[u8; 8]) -> Self {
+        let [
+            stable_low,
+            stable_high,
+            tangential,
+            vertical,
+            time_low,
+            time_high,
+            sequence,
+            status,
+        ] = *bytes;
+        Self {
+            stable: P16(u16::from_le_bytes([stable_low, stable_high])),
+            tangential: P8(tangential),
+            vertical: P8(vertical),
+            timestamp: ShortTime(u16::from_le_bytes([time_low, time_high])),
+            sequence,
+            status: Status::from_bits(status),
+        }
+    }
+}
+
+pub(super) const MAPPING: &[Mapped] = &[
+    Mapped::new(index::CONTACT, 1, 16),
+    Mapped::new(index::CONTACT, 2, 8),
+    Mapped::new(index::CONTACT, 3, 8),
+    TIMESTAMP,
+    Mapped::new(index::CONTACT, 5, 8),
+    Mapped::new(index::CONTACT, 6, 8),
+];
+
+/// The names of the phases, by their codes.
+const PHASES: &[(u8, &str)] = &[
+    (0, Phase::Unknown.name()),
+    (1, Phase::Stance.name()),
+    (2, Phase::Slip.name()),
+    (3, Phase::Swing.name()),
+    (4, Phase::QuietSwing.name()),
+];
+
+pub(super) const SIGNALS: &[Signal] = &[
+    Signal::probability(
+        "StableContactProbability",
+        0,
+        16,
+        "Probability that the foot is in stable contact. 0 with a fault.",
+    ),
+    Signal::probability(
+        "TangentialProbability",
+        16,
+        8,
+        "Probability of no motion along the ground. 0 with a fault.",
+    ),
+    Signal::probability(
+        "VerticalProbability",
+        24,
+        8,
+        "Probability of no lifting and no tilting. 0 with a fault.",
+    ),
+    Signal::timestamp(32),
+    Signal::unsigned(
+        "Sequence",
+        48,
+        8,
+        1.0,
+        "",
+        "One more with each frame, sent or dropped; wraps after 255.",
+    ),
+    Signal::named(
+        "State",
+        56,
+        3,
+        PHASES,
+        "Phase of the gait; unknown without a load signal or in doubt.",
+    ),
+    Signal::named(
+        "Decision",
+        59,
+        1,
+        &[(0, "not_stable"), (1, "stable")],
+        "Debounced decision; stable only where Valid is yes.",
+    ),
+    Signal::flag("Valid", 60, "Nothing is in doubt: no flag and no fault."),
+    Signal::flag(
+        "Saturated",
+        61,
+        "The newest sample is at the end of the sensor's range.",
+    ),
+    Signal::flag(
+        "Fault",
+        62,
+        "The sensor cannot be believed; the EMCY message says why.",
+    ),
+    Signal::flag(
+        "Settling",
+        63,
+        "The window is not full, or up is not yet known.",
+    ),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fault::Fault;
+    use estimator_core::{Probabilities, Timestamp};
+
+    fn estimate() -> ContactEstimate {
+        ContactEstimate {
+            timestamp: Timestamp::from_micros(1_234_567),
+            probabilities: Probabilities {
+                stable: 0.75,
+                tangential: 1.0,
+                vertical: 0.5,
+                ..Default::default()
+            },
+            decision: Decision::Stable,
+            phase: Phase::Stance,
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn golden_bytes() {
+        let bytes = Contact::new(&estimate(), 200, Faults::NONE).encode();
+        // 0.75 × 65535 = 49151.25; 123456 steps modulo 2¹⁶ = 0xE240; valid, stable, stance.
+        assert_eq!(bytes, [0xFF, 0xBF, 0xFF, 0x80, 0x40, 0xE2, 200, 0x19]);
+    }
+
+    #[test]
+    fn decoding_gives_back_what_was_encoded() {
+        let contact = Contact::new(&estimate(), 9, Faults::NONE);
+        assert_eq!(Contact::decode(&contact.encode()), contact);
+    }
+
+    #[test]
+    fn a_sensor_fault_forces_every_probability_to_zero() {
+        for fault in Fault::ALL.into_iter().filter(|f| f.voids_estimate()) {
+            let contact = Contact::new(&estimate(), 0, Faults::NONE.with(fault));
+            assert_eq!(contact.stable.0, 0);
+            assert_eq!((contact.tangential.0, contact.vertical.0), (0, 0));
+            assert!(contact.status.has_fault() && !contact.status.is_valid());
+            assert_eq!(contact.status.decision(), Decision::NotStable);
+            assert_eq!(contact.status.phase(), Phase::Unknown);
+        }
+    }
+
+    #[test]
+    fn a_fault_of_the_uart_leaves_the_estimate_alone() {
+        let faults = Faults::NONE.with(Fault::UartOverrun);
+        let contact = Contact::new(&estimate(), 0, faults);
+        assert!(contact.status.is_valid() && !contact.status.has_fault());
+        assert_eq!(contact.status.decision(), Decision::Stable);
+    }
+
+    #[test]
+    fn every_flag_makes_the_frame_not_valid_and_not_stable() {
+        for flag in Flag::ALL {
+            let doubtful = ContactEstimate {
+                flags: Flags::NONE.with(flag),
+                ..estimate()
+            };
+            let status = Contact::new(&doubtful, 0, Faults::NONE).status;
+            assert!(!status.is_valid(), "{flag:?}");
+            assert_eq!(status.decision(), Decision::NotStable, "{flag:?}");
+        }
+    }
+
+    #[test]
+    fn no_byte_at_all_says_stable_without_being_valid() {
+        for bits in 0..=u8::MAX {
+            let status = Status::from_bits(bits);
+            let stable = status.decision() == Decision::Stable
+                || matches!(status.phase(), Phase::Stance | Phase::QuietSwing);
+            assert!(status.is_valid() || !stable, "{bits:#010b}");
+            if status.has_fault() {
+                assert_eq!(status.phase(), Phase::Unknown, "{bits:#010b}");
+            }
+            if status.has_fault() || status.is_saturated() || status.is_settling() {
+                assert!(!status.is_valid(), "{bits:#010b}");
+            }
+        }
+    }
+}

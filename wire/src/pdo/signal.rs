@@ -1,0 +1,142 @@
+//! Fields of a frame as a DBC describes them.
+
+use super::quantity;
+
+/// How a signal's bits are read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// Unsigned, times `factor`.
+    Unsigned {
+        /// The physical value of one step.
+        factor: f64,
+    },
+    /// Two's complement, times `factor`; the most negative code means "no value".
+    Signed {
+        /// The physical value of one step.
+        factor: f64,
+    },
+    /// Unsigned, with names for its values.
+    Named(&'static [(u8, &'static str)]),
+}
+
+/// A field of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Signal {
+    /// The name in the DBC.
+    pub name: &'static str,
+    /// The lowest bit; bit 8 is the lowest of byte 1.
+    pub start: u8,
+    /// How many bits.
+    pub length: u8,
+    /// How they are read.
+    pub kind: Kind,
+    /// The unit; empty where there is none.
+    pub unit: &'static str,
+    /// What it is.
+    pub comment: &'static str,
+}
+
+impl Signal {
+    pub(crate) const fn probability(
+        name: &'static str,
+        start: u8,
+        length: u8,
+        comment: &'static str,
+    ) -> Self {
+        let factor = 1.0 / ((1_u32 << length) - 1) as f64;
+        Self::unsigned(name, start, length, factor, "", comment)
+    }
+
+    pub(crate) const fn unsigned(
+        name: &'static str,
+        start: u8,
+        length: u8,
+        factor: f64,
+        unit: &'static str,
+        comment: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            start,
+            length,
+            kind: Kind::Unsigned { factor },
+            unit,
+            comment,
+        }
+    }
+
+    pub(crate) const fn quantity(
+        name: &'static str,
+        start: u8,
+        factor: f64,
+        unit: &'static str,
+        comment: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            start,
+            length: 16,
+            kind: Kind::Signed { factor },
+            unit,
+            comment,
+        }
+    }
+
+    pub(crate) const fn named(
+        name: &'static str,
+        start: u8,
+        length: u8,
+        names: &'static [(u8, &'static str)],
+        comment: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            start,
+            length,
+            kind: Kind::Named(names),
+            unit: "",
+            comment,
+        }
+    }
+
+    pub(crate) const fn flag(name: &'static str, start: u8, comment: &'static str) -> Self {
+        Self::named(name, start, 1, &[(0, "no"), (1, "yes")], comment)
+    }
+
+    pub(crate) const fn timestamp(start: u8) -> Self {
+        Self::unsigned(
+            "Timestamp",
+            start,
+            16,
+            super::TIME_STEP_US as f64 / 1000.0,
+            "ms",
+            "When the sample was acquired, on the foot's clock; wraps every 655.36 ms.",
+        )
+    }
+
+    /// The physical value of one step.
+    #[must_use]
+    pub const fn factor(&self) -> f64 {
+        match self.kind {
+            Kind::Unsigned { factor } | Kind::Signed { factor } => factor,
+            Kind::Named(_) => 1.0,
+        }
+    }
+
+    /// The least and the greatest code that stand for a value.
+    #[must_use]
+    pub const fn code_range(&self) -> (i64, i64) {
+        match self.kind {
+            Kind::Unsigned { .. } => (0, (1 << self.length) - 1),
+            Kind::Signed { .. } => (
+                -((1 << (self.length - 1)) - 1),
+                (1 << (self.length - 1)) - 1,
+            ),
+            Kind::Named(names) => (0, names.len() as i64 - 1),
+        }
+    }
+}
+
+pub(super) const ACCELERATION_UNIT: &str = "m/s^2";
+pub(super) const RATE_UNIT: &str = "rad/s";
+pub(super) const UNIT: f64 = quantity::UNIT_STEP;

@@ -1,0 +1,60 @@
+//! The sample's time in 16 bits.
+//!
+//! Steps of 10 µs since the foot's start, modulo 2¹⁶: it wraps every 655.36 ms. To unwrap, add to
+//! the last full time the difference of the short times modulo 2¹⁶. That is right as long as no
+//! more than 655.35 ms pass between two frames, and [`Unwrapper`] does it.
+
+use estimator_core::Timestamp;
+
+/// One step of a short time, µs.
+pub const TIME_STEP_US: u64 = 10;
+
+/// A sample's time in steps of 10 µs, modulo 2¹⁶.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ShortTime(pub u16);
+
+impl From<Timestamp> for ShortTime {
+    fn from(timestamp: Timestamp) -> Self {
+        Self((timestamp.as_micros() / TIME_STEP_US) as u16)
+    }
+}
+
+/// Turns the short times of one foot into times that do not wrap, counted from the first.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unwrapper {
+    last: Option<(ShortTime, u64)>,
+}
+
+impl Unwrapper {
+    /// The full time, µs, of the frame with this short time; frames in the order of their samples.
+    pub fn unwrap(&mut self, time: ShortTime) -> u64 {
+        let steps = match self.last {
+            None => u64::from(time.0),
+            Some((last, steps)) => steps.wrapping_add(u64::from(time.0.wrapping_sub(last.0))),
+        };
+        self.last = Some((time, steps));
+        steps.wrapping_mul(TIME_STEP_US)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hours_of_ticks_are_unwrapped_to_within_a_step() {
+        let mut unwrapper = Unwrapper::default();
+        for tick in 0..4_000_000_u64 {
+            let micros = 123 + tick * 1003;
+            let full = unwrapper.unwrap(Timestamp::from_micros(micros).into());
+            assert!(micros - full < TIME_STEP_US, "{micros} µs became {full}");
+        }
+    }
+
+    #[test]
+    fn the_longest_gap_that_can_be_unwrapped_is_just_short_of_a_wrap() {
+        let mut unwrapper = Unwrapper::default();
+        unwrapper.unwrap(ShortTime(5));
+        assert_eq!(unwrapper.unwrap(ShortTime(4)), (5 + 65_535) * 10);
+    }
+}

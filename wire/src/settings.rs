@@ -1,0 +1,432 @@
+//! The values of all settings: what the configuration is, in the form in which it is stored.
+
+use estimator_core::{
+    AttitudeParams, DecisionParams, LoadParams, Params, PerAxis, RestParams, WindowLength,
+};
+
+use crate::abort::AbortCode;
+use crate::dictionary::{self, Address, Entry, PDO_OFF, Place, SETTINGS, index};
+use crate::foot::{Foot, NodeId};
+use crate::pdo::Pdo;
+use crate::value::Value;
+
+/// The longest window that fits the estimator on the board, in samples.
+pub const WINDOW_CAPACITY: usize = 256;
+
+/// Where the load comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LoadSource {
+    /// There is none.
+    #[default]
+    None,
+    /// The board's analog input.
+    Analog,
+    /// RPDO1.
+    Can,
+}
+
+/// The load input: load = scale × (reading − offset).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoadInput {
+    /// Where the load comes from.
+    pub source: LoadSource,
+    /// N per step of the analog reading.
+    pub scale: f32,
+    /// The analog reading without load.
+    pub offset: f32,
+}
+
+/// When a PDO is sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trigger {
+    /// Never.
+    Off,
+    /// Every so many ticks of 1 ms.
+    Ticks(u16),
+    /// With every so-many-th SYNC.
+    Sync(u8),
+}
+
+/// How often the UART sends a kind of message: every so many ticks, or never with 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UartStreams {
+    /// The contact.
+    pub contact: u16,
+    /// The raw sample.
+    pub raw: u16,
+    /// Health.
+    pub health: u16,
+}
+
+/// A value for every setting of the [dictionary]; always within its limits and with the others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Settings([u32; SETTINGS]);
+
+impl Default for Settings {
+    fn default() -> Self {
+        let mut raw = [0; SETTINGS];
+        for (raw, (_, entry)) in raw.iter_mut().zip(dictionary::settings()) {
+            *raw = entry.default.to_raw();
+        }
+        Self(raw)
+    }
+}
+
+impl Settings {
+    /// A setting's value; `None` where there is no setting at `address`. That of a PDO's
+    /// identifier is without the node id.
+    #[must_use]
+    pub fn get(&self, address: Address) -> Option<Value> {
+        let (entry, slot) = find(address).ok()?;
+        Value::from_raw(entry.data_type(), *self.0.get(slot)?)
+    }
+
+    /// Changes a setting, or says why not and changes nothing.
+    ///
+    /// # Errors
+    /// There is no setting at `address`, `value` has the wrong type, is outside the limits, or
+    /// does not go together with the other settings.
+    pub fn set(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
+        let (entry, slot) = find(address)?;
+        if value.data_type() != entry.data_type() {
+            return Err(AbortCode::Length);
+        }
+        entry.limits.check(value)?;
+        if entry.role == dictionary::Role::PdoCobId
+            && value.to_raw() & !PDO_OFF != entry.default.to_raw()
+        {
+            return Err(AbortCode::InvalidValue);
+        }
+        let mut candidate = self.clone();
+        match candidate.0.get_mut(slot) {
+            Some(raw) => *raw = value.to_raw(),
+            None => return Err(AbortCode::NoObject),
+        }
+        // What one entry's limits cannot say: that the parameters fit each other.
+        candidate
+            .params()
+            .validate::<WINDOW_CAPACITY>()
+            .map_err(|_| AbortCode::Incompatible)?;
+        *self = candidate;
+        Ok(())
+    }
+
+    /// Every setting and its value, to be stored. What is stored is put back with
+    /// [`Settings::set`], in any order that keeps off thresholds below on thresholds; or all at
+    /// once with [`Settings::set_all`].
+    pub fn iter(&self) -> impl Iterator<Item = (Address, Value)> + '_ {
+        dictionary::settings()
+            .zip(self.0)
+            .filter_map(|((address, entry), raw)| {
+                Some((address, Value::from_raw(entry.data_type(), raw)?))
+            })
+    }
+
+    /// Settings from stored ones: each value that still may be is taken, the defaults stand for
+    /// the others. The second part says how many were refused.
+    pub fn set_all(stored: impl Iterator<Item = (Address, Value)>) -> (Self, usize) {
+        let mut settings = Self::default();
+        let mut refused = 0;
+        // Thresholds may be out of order on the way there, though not in the end.
+        let mut postponed: Option<(Address, Value)> = None;
+        for (address, value) in stored {
+            match settings.set(address, value) {
+                Ok(()) => {}
+                Err(AbortCode::Incompatible) if postponed.is_none() => {
+                    postponed = Some((address, value));
+                }
+                Err(_) => refused += 1,
+            }
+        }
+        if let Some((address, value)) = postponed {
+            refused += usize::from(settings.set(address, value).is_err());
+        }
+        (settings, refused)
+    }
+
+    /// Which foot it is.
+    #[must_use]
+    pub fn foot(&self) -> Foot {
+        Foot::from_code(self.u8(index::FOOT, 0)).unwrap_or_default()
+    }
+
+    /// The node id from the next reset on; `None`: wait for LSS.
+    #[must_use]
+    pub fn node_id(&self) -> Option<NodeId> {
+        NodeId::new(self.u8(index::NODE_ID, 0))
+    }
+
+    /// CAN bit rate, bit/s.
+    #[must_use]
+    pub fn can_bit_rate(&self) -> u32 {
+        u32::from(self.u16(index::CAN_BIT_RATE, 0)) * 1000
+    }
+
+    /// UART rate, baud.
+    #[must_use]
+    pub fn uart_rate(&self) -> u32 {
+        self.raw(index::UART_RATE, 0)
+    }
+
+    /// Whether the node becomes operational by itself.
+    #[must_use]
+    pub fn autostart(&self) -> bool {
+        self.u8(index::AUTOSTART, 0) != 0
+    }
+
+    /// Whether the configuration is locked.
+    #[must_use]
+    pub fn is_locked(&self) -> bool {
+        self.u8(index::LOCK, 0) != 0
+    }
+
+    /// What is logged: 0 nothing to 4 debugging.
+    #[must_use]
+    pub fn log_level(&self) -> u8 {
+        self.u8(index::LOG_LEVEL, 0)
+    }
+
+    /// Whether the sensor's self-test runs at each start.
+    #[must_use]
+    pub fn self_test(&self) -> bool {
+        self.u8(index::SELF_TEST, 0) != 0
+    }
+
+    /// Heartbeat period, ms; 0: none.
+    #[must_use]
+    pub fn heartbeat_ms(&self) -> u16 {
+        self.u16(index::HEARTBEAT, 0)
+    }
+
+    /// How often the UART sends what.
+    #[must_use]
+    pub fn uart_streams(&self) -> UartStreams {
+        UartStreams {
+            contact: self.u16(index::UART_STREAMS, 1),
+            raw: self.u16(index::UART_STREAMS, 2),
+            health: self.u16(index::UART_STREAMS, 3),
+        }
+    }
+
+    /// When a PDO is sent.
+    #[must_use]
+    pub fn trigger(&self, pdo: Pdo) -> Trigger {
+        let object = index::TPDO + pdo as u16;
+        if self.raw(object, 1) & PDO_OFF != 0 {
+            return Trigger::Off;
+        }
+        match self.u8(object, 2) {
+            every @ 1..=240 => Trigger::Sync(every),
+            _ => Trigger::Ticks(self.u16(object, 5)),
+        }
+    }
+
+    /// Where the load comes from.
+    #[must_use]
+    pub fn load_input(&self) -> LoadInput {
+        LoadInput {
+            source: match self.u8(index::LOAD_INPUT, 1) {
+                1 => LoadSource::Analog,
+                2 => LoadSource::Can,
+                _ => LoadSource::None,
+            },
+            scale: self.f32(index::LOAD_INPUT, 2),
+            offset: self.f32(index::LOAD_INPUT, 3),
+        }
+    }
+
+    /// The parameters of the estimator.
+    #[must_use]
+    pub fn params(&self) -> Params {
+        Params {
+            window: WindowLength::Duration(self.seconds(index::WINDOW, 0)),
+            bandwidth: self.per_axis(index::BANDWIDTH),
+            half_width: self.per_axis(index::HALF_WIDTH),
+            attitude: AttitudeParams {
+                motion_time_constant: self.f32(index::ATTITUDE_FILTER, 1),
+                quiet_gain: self.f32(index::ATTITUDE_FILTER, 2),
+                quiet_acceleration: self.f32(index::ATTITUDE_FILTER, 3),
+                quiet_rate: self.f32(index::ATTITUDE_FILTER, 4),
+                rest: RestParams {
+                    duration: self.f32(index::ATTITUDE_FILTER, 5),
+                    acceleration: self.f32(index::ATTITUDE_FILTER, 6),
+                    rate: self.f32(index::ATTITUDE_FILTER, 7),
+                    bias_limit: self.f32(index::ATTITUDE_FILTER, 8),
+                    bias_time_constant: self.f32(index::ATTITUDE_FILTER, 9),
+                },
+                ..AttitudeParams::DEFAULT
+            },
+            decision: DecisionParams {
+                threshold: self.f32(index::DECISION, 1),
+                on_delay: self.seconds(index::DECISION, 2),
+                off_delay: self.seconds(index::DECISION, 3),
+            },
+            load: LoadParams {
+                on_threshold: self.f32(index::LOAD_INPUT, 4),
+                off_threshold: self.f32(index::LOAD_INPUT, 5),
+            },
+            // The board's tick and its sensor, which are not settings.
+            ..Params::DEFAULT
+        }
+    }
+
+    fn per_axis(&self, index: u16) -> PerAxis<f32> {
+        PerAxis::from_array([1, 2, 3, 4, 5, 6].map(|axis| self.f32(index, axis)))
+    }
+
+    fn seconds(&self, index: u16, subindex: u8) -> f32 {
+        self.raw(index, subindex) as f32 / 1.0e6
+    }
+
+    fn f32(&self, index: u16, subindex: u8) -> f32 {
+        f32::from_bits(self.raw(index, subindex))
+    }
+
+    fn u16(&self, index: u16, subindex: u8) -> u16 {
+        self.raw(index, subindex) as u16
+    }
+
+    fn u8(&self, index: u16, subindex: u8) -> u8 {
+        self.raw(index, subindex) as u8
+    }
+
+    fn raw(&self, index: u16, subindex: u8) -> u32 {
+        find(Address::new(index, subindex))
+            .ok()
+            .and_then(|(_, slot)| self.0.get(slot).copied())
+            .unwrap_or(0)
+    }
+}
+
+/// The setting at an address, and its slot.
+fn find(address: Address) -> Result<(&'static Entry, usize), AbortCode> {
+    match dictionary::find(address)? {
+        Place::Entry(entry, Some(slot)) => Ok((entry, slot)),
+        Place::Entry(..) | Place::Highest(_) => Err(AbortCode::ReadOnly),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dictionary::Limits;
+
+    #[test]
+    fn the_defaults_are_the_estimators_own() {
+        assert_eq!(Settings::default().params(), Params::DEFAULT);
+    }
+
+    #[test]
+    fn every_limit_of_a_parameter_is_that_of_the_estimator() {
+        let parameters = index::WINDOW..=index::LOAD_INPUT;
+        for (address, entry) in dictionary::settings() {
+            if !parameters.contains(&address.index) {
+                continue;
+            }
+            let Limits::Range(low, high) = entry.limits else {
+                panic!("{address:?} has no range");
+            };
+            for value in [low, high] {
+                let mut settings = Settings::default();
+                // Away from the other load threshold.
+                let pair = Address::new(index::LOAD_INPUT, if value == low { 5 } else { 4 });
+                if address.index == index::LOAD_INPUT && address.subindex >= 4 {
+                    assert_eq!(settings.set(pair, value), Ok(()));
+                }
+                assert_eq!(settings.set(address, value), Ok(()), "{address:?}");
+            }
+            // One step further the estimator refuses too: no looser limit is possible. The ends
+            // of the load input's scale, its offset and its source are the board's own.
+            let outside = match (low, high) {
+                (Value::F32(low), Value::F32(high)) => {
+                    [Value::F32(low.next_down()), Value::F32(high.next_up())]
+                }
+                (Value::U32(low), Value::U32(high)) => {
+                    [Value::U32(low.wrapping_sub(600)), Value::U32(high + 600)]
+                }
+                _ => continue,
+            };
+            if address.index == index::LOAD_INPUT && address.subindex < 4 {
+                continue;
+            }
+            for value in outside {
+                let (_, slot) = find(address).expect("a setting");
+                let mut settings = Settings::default();
+                settings.0[slot] = value.to_raw();
+                let refused = settings.params().validate::<WINDOW_CAPACITY>();
+                assert!(refused.is_err(), "{address:?} may be {value:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_refused_value_changes_nothing() {
+        let mut settings = Settings::default();
+        let threshold = Address::new(index::DECISION, 1);
+        assert_eq!(
+            settings.set(threshold, Value::F32(1.5)),
+            Err(AbortCode::TooHigh)
+        );
+        assert_eq!(
+            settings.set(threshold, Value::U8(0)),
+            Err(AbortCode::Length)
+        );
+        let off = Address::new(index::LOAD_INPUT, 5);
+        assert_eq!(
+            settings.set(off, Value::F32(12.5)),
+            Err(AbortCode::Incompatible)
+        );
+        let device = Address::new(index::DEVICE_TYPE, 0);
+        assert_eq!(
+            settings.set(device, Value::U32(1)),
+            Err(AbortCode::ReadOnly)
+        );
+        assert_eq!(settings, Settings::default());
+    }
+
+    #[test]
+    fn what_is_stored_comes_back() {
+        let mut settings = Settings::default();
+        for (address, value) in [
+            (Address::new(index::LOAD_INPUT, 4), Value::F32(2.0e3)),
+            (Address::new(index::LOAD_INPUT, 5), Value::F32(1.0e3)),
+            (Address::new(index::FOOT, 0), Value::U8(4)),
+        ] {
+            assert_eq!(settings.set(address, value), Ok(()));
+        }
+        let (back, refused) = Settings::set_all(settings.iter());
+        assert_eq!((back, refused), (settings.clone(), 0));
+        // In the opposite order too, where the thresholds cross on the way.
+        let stored: std::vec::Vec<_> = settings.iter().collect();
+        let (back, refused) = Settings::set_all(stored.into_iter().rev());
+        assert_eq!((back, refused), (settings, 0));
+    }
+
+    #[test]
+    fn a_stored_value_that_may_no_longer_be_is_left_out() {
+        let stored = [
+            (Address::new(index::FOOT, 0), Value::U8(99)),
+            (Address::new(0x2FFF, 0), Value::U8(1)),
+            (Address::new(index::LOG_LEVEL, 0), Value::U8(1)),
+        ];
+        let (settings, refused) = Settings::set_all(stored.into_iter());
+        assert_eq!(refused, 2);
+        assert_eq!(
+            (settings.foot(), settings.log_level()),
+            (Foot::FrontLeft, 1)
+        );
+    }
+
+    #[test]
+    fn a_pdo_can_be_switched_off_but_not_moved() {
+        let mut settings = Settings::default();
+        let address = Address::new(index::TPDO, 1);
+        assert_eq!(settings.trigger(Pdo::Contact), Trigger::Ticks(1));
+        assert_eq!(
+            settings.set(address, Value::U32(0x4000_0181)),
+            Err(AbortCode::InvalidValue)
+        );
+        assert_eq!(settings.set(address, Value::U32(0xC000_0180)), Ok(()));
+        assert_eq!(settings.trigger(Pdo::Contact), Trigger::Off);
+    }
+}

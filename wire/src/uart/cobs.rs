@@ -1,0 +1,114 @@
+//! Consistent Overhead Byte Stuffing (Cheshire and Baker 1999) of up to 254 bytes.
+//!
+//! Each zero is replaced by the distance to the next, the first distance stands in front, and a
+//! zero ends the frame.
+
+/// Codes `plain`, at most 254 bytes, into `coded` with the zero at the end; returns how many bytes
+/// that are. What does not fit is left out.
+pub(super) fn encode(plain: &[u8], coded: &mut [u8]) -> usize {
+    let mut written = 0;
+    let mut put = |byte: u8| {
+        if let Some(place) = coded.get_mut(written) {
+            *place = byte;
+            written += 1;
+        }
+    };
+    // Split at zeros, the last piece too is followed by one: the end of the frame.
+    for piece in plain.split(|byte| *byte == 0) {
+        put(piece.len() as u8 + 1);
+        piece.iter().copied().for_each(&mut put);
+    }
+    put(0);
+    written
+}
+
+/// Decodes one byte after the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Decoding {
+    /// Bytes until the next distance.
+    left: u8,
+    /// Whether that distance stands in the place of a zero.
+    zero_due: bool,
+}
+
+impl Decoding {
+    /// The byte that `coded`, not zero, stands for; `None` for a distance that stands for nothing.
+    pub(super) fn push(&mut self, coded: u8) -> Option<u8> {
+        if self.left > 0 {
+            self.left -= 1;
+            return Some(coded);
+        }
+        let zero = core::mem::replace(&mut self.zero_due, coded != u8::MAX);
+        self.left = coded.wrapping_sub(1);
+        zero.then_some(0)
+    }
+
+    /// Whether nothing has come yet.
+    pub(super) const fn is_fresh(&self) -> bool {
+        self.left == 0 && !self.zero_due
+    }
+
+    /// Whether a frame may end here.
+    pub(super) const fn is_complete(&self) -> bool {
+        self.left == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    fn decode(coded: &[u8]) -> Vec<u8> {
+        let mut decoding = Decoding::default();
+        let (end, body) = coded.split_last().expect("not empty");
+        assert_eq!(*end, 0);
+        let plain = body
+            .iter()
+            .filter_map(|byte| decoding.push(*byte))
+            .collect();
+        assert!(decoding.is_complete());
+        plain
+    }
+
+    #[test]
+    fn golden_bytes() {
+        let mut coded = [0; 8];
+        let length = encode(&[0x11, 0, 0, 0x22], &mut coded);
+        assert_eq!(coded[..length], [2, 0x11, 1, 2, 0x22, 0]);
+        let length = encode(&[], &mut coded);
+        assert_eq!(coded[..length], [1, 0]);
+    }
+
+    #[test]
+    fn another_implementation_codes_and_decodes_alike() {
+        let mut state = 1_u32;
+        for length in 0..=253 {
+            let plain: Vec<u8> = (0..length)
+                .map(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    // A quarter are zeros.
+                    if state >> 30 == 0 {
+                        0
+                    } else {
+                        (state >> 16) as u8
+                    }
+                })
+                .collect();
+            let mut coded = [0; 256];
+            let written = encode(&plain, &mut coded);
+            let mut theirs = ::cobs::encode_vec(&plain);
+            theirs.push(0);
+            assert_eq!(coded[..written], theirs);
+            assert_eq!(decode(&coded[..written]), plain);
+        }
+    }
+
+    #[test]
+    fn a_full_block_of_another_encoder_is_decoded_too() {
+        let plain: Vec<u8> = (1..=254).chain(1..=9).collect();
+        let mut coded = ::cobs::encode_vec(&plain);
+        coded.push(0);
+        assert_eq!(decode(&coded), plain);
+    }
+}

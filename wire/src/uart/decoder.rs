@@ -1,0 +1,269 @@
+//! Frames out of a stream of bytes, whatever else is in it.
+
+use super::cobs::Decoding;
+use super::{Frame, Kind, MAX_DECODED, parse};
+
+/// Why something in the stream was dropped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Problem {
+    /// The frame ended too early: bytes were lost, or it is garbage.
+    Coding,
+    /// No end within the longest frame.
+    TooLong,
+    /// Too few bytes for a frame.
+    TooShort,
+    /// The CRC does not fit.
+    Check,
+    /// A version this decoder does not know.
+    Version(u8),
+    /// A type this decoder does not know.
+    Kind(u8),
+    /// A payload that is not one of its type.
+    Payload(Kind),
+}
+
+/// What was received and what was dropped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Drops {
+    /// Frames that were understood.
+    pub frames: u32,
+    /// Frames that sequence numbers say are missing, the dropped ones included.
+    pub missing: u32,
+    /// Pieces that are no frame: wrong coding, too long or too short.
+    pub garbage: u32,
+    /// Frames with a wrong CRC.
+    pub check: u32,
+    /// Frames of an unknown version.
+    pub version: u32,
+    /// Frames of an unknown type.
+    pub kind: u32,
+    /// Frames whose payload is not one of their type.
+    pub payload: u32,
+}
+
+impl Drops {
+    /// Everything that came and was refused.
+    #[must_use]
+    pub const fn refused(&self) -> u32 {
+        self.garbage
+            .wrapping_add(self.check)
+            .wrapping_add(self.version)
+            .wrapping_add(self.kind)
+            .wrapping_add(self.payload)
+    }
+
+    fn count(&mut self, problem: Problem) {
+        let counter = match problem {
+            Problem::Coding | Problem::TooLong | Problem::TooShort => &mut self.garbage,
+            Problem::Check => &mut self.check,
+            Problem::Version(_) => &mut self.version,
+            Problem::Kind(_) => &mut self.kind,
+            Problem::Payload(_) => &mut self.payload,
+        };
+        *counter = counter.wrapping_add(1);
+    }
+}
+
+/// Takes bytes one by one and gives out frames. After any garbage it is back in step with the
+/// second zero byte at the latest: the first ends the garbage, the second ends a whole frame.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    plain: [u8; MAX_DECODED],
+    length: usize,
+    decoding: Decoding,
+    /// The frame is too long already: nothing counts until its end.
+    overflowed: bool,
+    last: Option<u16>,
+    drops: Drops,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Decoder {
+    /// A decoder that has seen nothing yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            plain: [0; MAX_DECODED],
+            length: 0,
+            decoding: Decoding::default(),
+            overflowed: false,
+            last: None,
+            drops: Drops::default(),
+        }
+    }
+
+    /// What was received and what was dropped so far.
+    #[must_use]
+    pub const fn drops(&self) -> Drops {
+        self.drops
+    }
+
+    /// Whether bytes have come since the last zero: at the end of a recording, a frame cut off.
+    #[must_use]
+    pub const fn is_inside_frame(&self) -> bool {
+        self.length > 0 || !self.decoding.is_fresh()
+    }
+
+    /// Takes in a byte: gives out a frame, or what was wrong with it, at its end.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Frame, Problem>> {
+        if byte != 0 {
+            if let Some(plain) = self.decoding.push(byte) {
+                match self.plain.get_mut(self.length) {
+                    Some(place) => {
+                        *place = plain;
+                        self.length += 1;
+                    }
+                    None => self.overflowed = true,
+                }
+            }
+            return None;
+        }
+        let complete = core::mem::take(&mut self.decoding).is_complete();
+        let length = core::mem::take(&mut self.length);
+        let overflowed = core::mem::take(&mut self.overflowed);
+        let result = if overflowed {
+            Err(Problem::TooLong)
+        } else if !complete {
+            Err(Problem::Coding)
+        } else if length == 0 {
+            // Zeros between frames mean nothing.
+            return None;
+        } else {
+            parse(self.plain.get(..length).unwrap_or(&[]))
+        };
+        match result {
+            Ok(frame) => self.count_frame(frame.sequence),
+            Err(problem) => self.drops.count(problem),
+        }
+        Some(result)
+    }
+
+    fn count_frame(&mut self, sequence: u16) {
+        self.drops.frames = self.drops.frames.wrapping_add(1);
+        if let Some(last) = self.last.replace(sequence) {
+            let missing = sequence.wrapping_sub(last).wrapping_sub(1);
+            // Not forwards: the other side has started anew.
+            if missing < 1 << 15 {
+                self.drops.missing = self.drops.missing.wrapping_add(u32::from(missing));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ConfigGet, Message, encode};
+    use super::*;
+    use crate::dictionary::Address;
+    use std::vec::Vec;
+
+    fn frame(sequence: u16) -> Vec<u8> {
+        let address = Address::new(0x2010, 0);
+        encode(sequence, &Message::ConfigGet(ConfigGet { address }))
+            .as_bytes()
+            .to_vec()
+    }
+
+    fn decode(bytes: &[u8]) -> (Vec<u16>, Drops) {
+        let mut decoder = Decoder::new();
+        let frames = bytes
+            .iter()
+            .filter_map(|byte| decoder.push(*byte)?.ok())
+            .map(|frame| frame.sequence)
+            .collect();
+        (frames, decoder.drops())
+    }
+
+    #[test]
+    fn frames_come_out_as_they_went_in() {
+        let stream: Vec<u8> = (0..300).flat_map(frame).collect();
+        let (frames, drops) = decode(&stream);
+        assert!(frames.into_iter().eq(0..300));
+        assert_eq!(drops.refused() + drops.missing, 0);
+    }
+
+    #[test]
+    fn after_any_garbage_the_next_whole_frame_is_found() {
+        let mut state = 7_u32;
+        for length in 0..2000 {
+            let mut stream: Vec<u8> = (0..length % 400)
+                .map(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    (state >> 24) as u8
+                })
+                .collect();
+            stream.push(0);
+            stream.extend(frame(5));
+            let (frames, _) = decode(&stream);
+            assert_eq!(frames, [5]);
+        }
+    }
+
+    #[test]
+    fn a_stream_that_starts_in_the_middle_of_a_frame_loses_only_that_one() {
+        let stream = [frame(1), frame(2)].concat();
+        for start in 1..frame(1).len() {
+            let (frames, drops) = decode(&stream[start..]);
+            assert_eq!(frames, [2]);
+            assert!(drops.refused() <= 1);
+        }
+    }
+
+    #[test]
+    fn any_flipped_bit_is_noticed_and_counted() {
+        let clean = frame(2);
+        // Flips in the last byte, the end, are the test after this one.
+        for bit in 0..8 * (clean.len() - 1) {
+            let mut damaged = clean.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            let (frames, drops) = decode(&[frame(1), damaged, frame(3)].concat());
+            assert_eq!(frames, [1, 3], "bit {bit}");
+            assert!(drops.refused() >= 1, "bit {bit}");
+            assert_eq!(drops.missing, 1, "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn a_lost_end_costs_two_frames_and_no_more() {
+        let mut first = frame(1);
+        first.pop();
+        let (frames, drops) = decode(&[first, frame(2), frame(3)].concat());
+        assert_eq!(frames, [3]);
+        assert_eq!(drops.refused(), 1);
+    }
+
+    #[test]
+    fn gaps_are_counted_also_where_the_sequence_wraps() {
+        let (_, drops) = decode(&[frame(65_534), frame(1)].concat());
+        assert_eq!(drops.missing, 2);
+        // A restart of the other side is no gap.
+        let (_, drops) = decode(&[frame(500), frame(0)].concat());
+        assert_eq!(drops.missing, 0);
+    }
+
+    #[test]
+    fn a_recording_that_ends_inside_a_frame_says_so() {
+        let mut decoder = Decoder::new();
+        for byte in frame(1) {
+            decoder.push(byte);
+        }
+        assert!(!decoder.is_inside_frame());
+        for byte in &frame(2)[..3] {
+            decoder.push(*byte);
+            assert!(decoder.is_inside_frame());
+        }
+    }
+
+    #[test]
+    fn a_flood_without_end_is_one_piece_of_garbage() {
+        let mut stream = std::vec![0xAA; 100_000];
+        stream.push(0);
+        let (_, drops) = decode(&stream);
+        assert_eq!(drops.garbage, 1);
+    }
+}

@@ -1,0 +1,119 @@
+//! Type 0x20: a line of text.
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 0 | level: 1 error, 2 warning, 3 information, 4 debugging |
+//! | 1 … | the text, UTF-8 |
+
+use core::fmt;
+
+use crate::bytes::{Reader, Writer};
+
+/// The longest text, in bytes.
+pub const MAX_LOG: usize = 120;
+
+/// A line of text.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct LogMessage {
+    /// 1 error, 2 warning, 3 information, 4 debugging.
+    pub level: u8,
+    text: [u8; MAX_LOG],
+    length: u8,
+}
+
+impl LogMessage {
+    /// A line; what is too long is cut off between two characters.
+    #[must_use]
+    pub fn new(level: u8, text: &str) -> Self {
+        let mut line = Self {
+            level,
+            text: [0; MAX_LOG],
+            length: 0,
+        };
+        line.push(text);
+        line
+    }
+
+    fn push(&mut self, text: &str) {
+        let room = MAX_LOG.saturating_sub(usize::from(self.length));
+        let end = text
+            .char_indices()
+            .map(|(start, character)| start + character.len_utf8())
+            .take_while(|end| *end <= room)
+            .last()
+            .unwrap_or(0);
+        let place = self.text.iter_mut().skip(usize::from(self.length));
+        for (to, from) in place.zip(text.bytes().take(end)) {
+            *to = from;
+        }
+        self.length = self.length.saturating_add(end as u8);
+    }
+
+    /// The text; empty where it came in as something that is not UTF-8.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        let bytes = self.text.get(..usize::from(self.length)).unwrap_or(&[]);
+        core::str::from_utf8(bytes).unwrap_or("")
+    }
+
+    pub(super) fn write(&self, writer: &mut Writer<'_>) {
+        writer.u8(self.level);
+        writer.bytes(self.text().as_bytes());
+    }
+
+    pub(super) fn read(mut reader: Reader<'_>) -> Option<Self> {
+        let level = reader.u8()?;
+        let text = core::str::from_utf8(reader.rest()).ok()?;
+        (text.len() <= MAX_LOG).then(|| Self::new(level, text))
+    }
+}
+
+/// Appends; what is too long is cut off.
+impl fmt::Write for LogMessage {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.push(text);
+        Ok(())
+    }
+}
+
+impl fmt::Debug for LogMessage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "LogMessage {{ {}, {:?} }}", self.level, self.text())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::uart::{Kind, MAX_FRAME, Message, encode};
+    use core::fmt::Write;
+
+    #[test]
+    fn golden_bytes() {
+        let line = LogMessage::new(2, "héllo");
+        let mut payload = [0; 7];
+        let mut writer = Writer::new(&mut payload);
+        line.write(&mut writer);
+        assert_eq!(writer.finish(), Some(7));
+        assert_eq!(payload, *b"\x02h\xC3\xA9llo");
+        let decoded = Message::decode(Kind::Log, &payload);
+        assert_eq!(decoded, Some(Message::Log(line)));
+        assert_eq!(Message::decode(Kind::Log, b"\x02\xFF"), None);
+    }
+
+    #[test]
+    fn a_long_line_is_cut_between_characters_and_still_fits_a_frame() {
+        let line = LogMessage::new(1, &"€".repeat(100));
+        assert_eq!(line.text(), "€".repeat(40));
+        let frame = encode(0, &Message::Log(line));
+        assert!(frame.as_bytes().len() <= MAX_FRAME);
+        assert!(frame.as_bytes().len() > MAX_LOG);
+    }
+
+    #[test]
+    fn a_line_is_written_piece_by_piece() {
+        let mut line = LogMessage::new(3, "P = ");
+        write!(line, "{:.2}", 0.5).expect("writing never fails");
+        assert_eq!(line.text(), "P = 0.50");
+    }
+}

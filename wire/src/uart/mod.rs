@@ -1,0 +1,292 @@
+//! The serial line: frames that find their own beginning.
+//!
+//! A frame is coded with COBS, so that it holds no zero byte, and ends with a zero byte. Decoded:
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 0 | version of the format: 1 |
+//! | 1 | type of the message |
+//! | 2, 3 | sequence: one more with each frame, sent or dropped, modulo 2¹⁶ |
+//! | 4 … | payload, by type |
+//! | last 4 | CRC-32 (ISO-HDLC, as in zlib and Ethernet) of all before it |
+//!
+//! [`encode`] makes a frame, [`Decoder`] takes bytes as they come and counts what it has to drop.
+
+mod cobs;
+mod config;
+mod contact;
+mod decoder;
+mod health;
+mod log;
+mod raw;
+
+pub use config::{Answer, ConfigGet, ConfigResponse, ConfigSet, NmtRequest};
+pub use contact::ContactMessage;
+pub use decoder::{Decoder, Drops, Problem};
+pub use health::HealthMessage;
+pub use log::{LogMessage, MAX_LOG};
+pub use raw::RawSample;
+
+use crate::bytes::{Reader, Writer};
+
+/// The version of the format. A receiver refuses every other one.
+pub const VERSION: u8 = 1;
+
+/// The longest payload.
+pub const MAX_PAYLOAD: usize = 128;
+
+/// Version, type and sequence.
+const HEADER: usize = 4;
+
+/// The CRC's bytes.
+const CHECK: usize = 4;
+
+/// The longest frame before coding.
+const MAX_DECODED: usize = HEADER + MAX_PAYLOAD + CHECK;
+
+/// The longest frame on the line: COBS adds one byte (to as many as 254), then comes the zero.
+pub const MAX_FRAME: usize = MAX_DECODED + 2;
+
+const _: () = assert!(MAX_DECODED <= 254);
+
+const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// The type of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// [`ContactMessage`].
+    Contact,
+    /// [`RawSample`].
+    Raw,
+    /// [`HealthMessage`].
+    Health,
+    /// [`ConfigGet`].
+    ConfigGet,
+    /// [`ConfigSet`].
+    ConfigSet,
+    /// [`ConfigResponse`].
+    ConfigResponse,
+    /// [`LogMessage`].
+    Log,
+    /// [`NmtRequest`].
+    Nmt,
+}
+
+impl Kind {
+    /// All types.
+    pub const ALL: [Self; 8] = [
+        Self::Contact,
+        Self::Raw,
+        Self::Health,
+        Self::ConfigGet,
+        Self::ConfigSet,
+        Self::ConfigResponse,
+        Self::Log,
+        Self::Nmt,
+    ];
+
+    /// The type's byte.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Contact => 0x01,
+            Self::Raw => 0x02,
+            Self::Health => 0x03,
+            Self::ConfigGet => 0x10,
+            Self::ConfigSet => 0x11,
+            Self::ConfigResponse => 0x12,
+            Self::Nmt => 0x13,
+            Self::Log => 0x20,
+        }
+    }
+
+    /// The type of this byte.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.code() == code)
+    }
+}
+
+/// A message.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Message {
+    /// What is known about the contact.
+    Contact(ContactMessage),
+    /// What the sensor measured.
+    Raw(RawSample),
+    /// How the board is.
+    Health(HealthMessage),
+    /// A question for an object's value.
+    ConfigGet(ConfigGet),
+    /// A new value for an object.
+    ConfigSet(ConfigSet),
+    /// The answer to either.
+    ConfigResponse(ConfigResponse),
+    /// A line of text.
+    Log(LogMessage),
+    /// A change of the NMT state.
+    Nmt(NmtRequest),
+}
+
+impl Message {
+    /// The type.
+    #[must_use]
+    pub const fn kind(&self) -> Kind {
+        match self {
+            Self::Contact(_) => Kind::Contact,
+            Self::Raw(_) => Kind::Raw,
+            Self::Health(_) => Kind::Health,
+            Self::ConfigGet(_) => Kind::ConfigGet,
+            Self::ConfigSet(_) => Kind::ConfigSet,
+            Self::ConfigResponse(_) => Kind::ConfigResponse,
+            Self::Log(_) => Kind::Log,
+            Self::Nmt(_) => Kind::Nmt,
+        }
+    }
+
+    fn write(&self, writer: &mut Writer<'_>) {
+        match self {
+            Self::Contact(message) => message.write(writer),
+            Self::Raw(message) => message.write(writer),
+            Self::Health(message) => message.write(writer),
+            Self::ConfigGet(message) => message.write(writer),
+            Self::ConfigSet(message) => message.write(writer),
+            Self::ConfigResponse(message) => message.write(writer),
+            Self::Log(message) => message.write(writer),
+            Self::Nmt(message) => message.write(writer),
+        }
+    }
+
+    /// The message of this type with this payload; `None` where the payload has a wrong length
+    /// or a value that stands for nothing.
+    #[must_use]
+    pub fn decode(kind: Kind, payload: &[u8]) -> Option<Self> {
+        let reader = Reader::new(payload);
+        Some(match kind {
+            Kind::Contact => Self::Contact(ContactMessage::read(reader)?),
+            Kind::Raw => Self::Raw(RawSample::read(reader)?),
+            Kind::Health => Self::Health(HealthMessage::read(reader)?),
+            Kind::ConfigGet => Self::ConfigGet(ConfigGet::read(reader)?),
+            Kind::ConfigSet => Self::ConfigSet(ConfigSet::read(reader)?),
+            Kind::ConfigResponse => Self::ConfigResponse(ConfigResponse::read(reader)?),
+            Kind::Log => Self::Log(LogMessage::read(reader)?),
+            Kind::Nmt => Self::Nmt(NmtRequest::read(reader)?),
+        })
+    }
+}
+
+/// A frame's contents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// One more with each frame.
+    pub sequence: u16,
+    /// What it says.
+    pub message: Message,
+}
+
+/// A frame ready for the line.
+#[derive(Clone, Copy, Debug)]
+pub struct Encoded {
+    bytes: [u8; MAX_FRAME],
+    length: usize,
+}
+
+impl Encoded {
+    /// The bytes to send, the zero at the end included.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or(&[])
+    }
+}
+
+/// Makes a frame of a message. `sequence` is to be one more than that of the frame before, whether
+/// or not that one could be sent.
+#[must_use]
+pub fn encode(sequence: u16, message: &Message) -> Encoded {
+    let mut plain = [0; MAX_DECODED];
+    let mut writer = Writer::new(&mut plain);
+    writer.u8(VERSION);
+    writer.u8(message.kind().code());
+    writer.u16(sequence);
+    message.write(&mut writer);
+    // Every message is shorter than the longest payload; a test sends the longest of each.
+    let length = writer.finish().unwrap_or(0);
+    let check = CRC.checksum(plain.get(..length).unwrap_or(&[]));
+    for (to, from) in plain.iter_mut().skip(length).zip(check.to_le_bytes()) {
+        *to = from;
+    }
+    let mut bytes = [0; MAX_FRAME];
+    let plain = plain.get(..length + CHECK).unwrap_or(&[]);
+    let length = cobs::encode(plain, &mut bytes);
+    Encoded { bytes, length }
+}
+
+/// Why a decoded frame is not one of ours.
+fn parse(plain: &[u8]) -> Result<Frame, Problem> {
+    let (body, check) = plain.split_last_chunk::<CHECK>().ok_or(Problem::TooShort)?;
+    if CRC.checksum(body) != u32::from_le_bytes(*check) {
+        return Err(Problem::Check);
+    }
+    let mut reader = Reader::new(body);
+    let (Some(version), Some(kind), Some(sequence)) = (reader.u8(), reader.u8(), reader.u16())
+    else {
+        return Err(Problem::TooShort);
+    };
+    if version != VERSION {
+        return Err(Problem::Version(version));
+    }
+    let kind = Kind::from_code(kind).ok_or(Problem::Kind(kind))?;
+    let message = Message::decode(kind, reader.rest()).ok_or(Problem::Payload(kind))?;
+    Ok(Frame { sequence, message })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dictionary::Address;
+
+    const GET: Message = Message::ConfigGet(ConfigGet {
+        address: Address::new(0x2010, 0),
+    });
+
+    #[test]
+    fn golden_bytes_of_a_frame() {
+        let frame = encode(0x0102, &GET);
+        assert_eq!(
+            frame.as_bytes(),
+            [7, 1, 0x10, 2, 1, 0x10, 0x20, 5, 0x86, 0x65, 0x13, 0x73, 0]
+        );
+    }
+
+    #[test]
+    fn every_type_has_its_own_byte() {
+        for kind in Kind::ALL {
+            assert_eq!(Kind::from_code(kind.code()), Some(kind));
+        }
+        assert_eq!(Kind::from_code(0), None);
+    }
+
+    #[test]
+    fn a_frame_says_what_is_wrong_with_it() {
+        let mut plain = std::vec![VERSION, Kind::ConfigGet.code(), 0, 0, 0x10, 0x20, 0];
+        let with_check = |plain: &[u8]| {
+            let check = CRC.checksum(plain).to_le_bytes();
+            [plain, &check].concat()
+        };
+        assert!(parse(&with_check(&plain)).is_ok());
+        let mut damaged = with_check(&plain);
+        damaged[4] ^= 1;
+        assert_eq!(parse(&damaged), Err(Problem::Check));
+        assert_eq!(parse(&[1, 2, 3]), Err(Problem::TooShort));
+        assert_eq!(parse(&with_check(&[1, 2])), Err(Problem::TooShort));
+        plain.push(9);
+        assert_eq!(
+            parse(&with_check(&plain)),
+            Err(Problem::Payload(Kind::ConfigGet))
+        );
+        plain[1] = 0xEE;
+        assert_eq!(parse(&with_check(&plain)), Err(Problem::Kind(0xEE)));
+        plain[0] = 2;
+        assert_eq!(parse(&with_check(&plain)), Err(Problem::Version(2)));
+    }
+}

@@ -1,0 +1,145 @@
+//! `footfall.dbc`: the frames of every foot at its default node id.
+
+use std::fmt::Write;
+
+use wire::pdo::{Kind, Signal};
+use wire::{Fault, Foot, Pdo};
+
+pub fn generate() -> String {
+    let feet = Foot::ALL.map(Foot::name).join(" ");
+    let mut dbc = format!(
+        "VERSION \"1\"\n\nNS_ :\n\tBA_\n\tBA_DEF_\n\tBA_DEF_DEF_\n\tCM_\n\tVAL_\n\nBS_:\n\nBU_: {feet} Robot\n"
+    );
+    let messages = || {
+        Foot::ALL
+            .into_iter()
+            .flat_map(|foot| Pdo::ALL.map(|pdo| (foot, pdo, id(foot, pdo))))
+    };
+    for (foot, pdo, id) in messages() {
+        let name = foot.name();
+        let _ = writeln!(dbc, "\nBO_ {id} {name}_{}: 8 {name}", pdo.name());
+        for signal in pdo.signals() {
+            write_signal(&mut dbc, signal);
+        }
+    }
+    for foot in Foot::ALL {
+        let (name, node) = (foot.name(), foot.default_node_id());
+        let _ = writeln!(
+            dbc,
+            "
+BO_ {} {name}_Emergency: 8 {name}
+ SG_ EmergencyCode : 0|16@1+ (1,0) [0|65535] \"\" Robot
+ SG_ ErrorRegister : 16|8@1+ (1,0) [0|255] \"\" Robot
+ SG_ FaultNumber : 24|8@1+ (1,0) [0|255] \"\" Robot
+ SG_ Detail : 32|32@1+ (1,0) [0|4294967295] \"\" Robot
+
+BO_ {} {name}_Heartbeat: 1 {name}
+ SG_ NodeState : 0|7@1+ (1,0) [0|127] \"\" Robot",
+            node.cob_id(0x80),
+            node.cob_id(0x700)
+        );
+    }
+    dbc.push('\n');
+    let _ = writeln!(
+        dbc,
+        "CM_ \"Contact of a robot's feet. Identifiers are those of the default node ids; with another one, shift them. A signed signal at its lowest code has no value. Generated from wire/src/pdo: change that, not this.\";"
+    );
+    for (_, pdo, id) in messages() {
+        let number = pdo as u8 + 1;
+        let _ = writeln!(dbc, "CM_ BO_ {id} \"TPDO{number}: {}\";", about(pdo));
+        for signal in pdo.signals() {
+            let Signal { name, comment, .. } = signal;
+            let _ = writeln!(dbc, "CM_ SG_ {id} {name} \"{comment}\";");
+        }
+    }
+    for foot in Foot::ALL {
+        let node = foot.default_node_id();
+        let (emergency, heartbeat) = (node.cob_id(0x80), node.cob_id(0x700));
+        let _ = writeln!(
+            dbc,
+            "CM_ BO_ {emergency} \"A fault has come or gone.\";
+CM_ SG_ {emergency} EmergencyCode \"What has come; 0 where it has gone.\";
+CM_ SG_ {emergency} ErrorRegister \"Object 0x1001 of CiA 301 after the change.\";
+CM_ SG_ {emergency} FaultNumber \"Number of the fault that has come or gone.\";
+CM_ SG_ {emergency} Detail \"wire/README.md says what it is for each fault.\";
+CM_ BO_ {heartbeat} \"The node is there.\";
+CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";"
+        );
+    }
+    dbc.push_str("BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\n");
+    dbc.push_str("BA_DEF_DEF_ \"GenMsgCycleTime\" 0;\n");
+    for (_, pdo, id) in messages() {
+        let period = pdo.default_period_ms();
+        let _ = writeln!(dbc, "BA_ \"GenMsgCycleTime\" BO_ {id} {period};");
+    }
+    for (_, pdo, id) in messages() {
+        for signal in pdo.signals() {
+            if let Kind::Named(names) = signal.kind {
+                let names: String = names
+                    .iter()
+                    .map(|(code, name)| format!(" {code} \"{name}\""))
+                    .collect();
+                let _ = writeln!(dbc, "VAL_ {id} {}{names} ;", signal.name);
+            }
+        }
+    }
+    let codes: String = Fault::ALL
+        .map(|fault| format!(" {} \"{}\"", fault.code(), fault.name()))
+        .concat();
+    let numbers: String = Fault::ALL
+        .map(|fault| format!(" {} \"{}\"", fault.number(), fault.name()))
+        .concat();
+    for foot in Foot::ALL {
+        let node = foot.default_node_id();
+        let (emergency, heartbeat) = (node.cob_id(0x80), node.cob_id(0x700));
+        let _ = writeln!(
+            dbc,
+            "VAL_ {emergency} EmergencyCode 0 \"gone\"{codes} ;
+VAL_ {emergency} FaultNumber{numbers} ;
+VAL_ {heartbeat} NodeState 0 \"boot_up\" 4 \"stopped\" 5 \"operational\" 127 \"pre_operational\" ;"
+        );
+    }
+    dbc
+}
+
+fn id(foot: Foot, pdo: Pdo) -> u16 {
+    pdo.cob_id(foot.default_node_id())
+}
+
+fn about(pdo: Pdo) -> &'static str {
+    match pdo {
+        Pdo::Contact => "contact, each tick.",
+        Pdo::Axes => "probability of each axis.",
+        Pdo::Attitude => "orientation.",
+        Pdo::Acceleration => "acceleration without gravity.",
+        Pdo::Rate => "angular rate without bias.",
+        Pdo::Bias => "gyroscope bias and temperature.",
+        Pdo::Health => "flags, errors, drops and the clock.",
+    }
+}
+
+fn write_signal(dbc: &mut String, signal: &Signal) {
+    let Signal {
+        name,
+        start,
+        length,
+        unit,
+        ..
+    } = signal;
+    let factor = signal.factor();
+    let sign = match signal.kind {
+        Kind::Signed { .. } => '-',
+        Kind::Unsigned { .. } | Kind::Named(_) => '+',
+    };
+    let (low, high) = signal.code_range();
+    let [low, high] = [low, high].map(|code| rounded(code as f64 * factor));
+    let _ = writeln!(
+        dbc,
+        " SG_ {name} : {start}|{length}@1{sign} ({factor},0) [{low}|{high}] \"{unit}\" Robot"
+    );
+}
+
+/// To nine places, which no range here needs more of.
+fn rounded(value: f64) -> f64 {
+    (value * 1.0e9).round() / 1.0e9
+}

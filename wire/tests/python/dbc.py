@@ -1,0 +1,48 @@
+"""Frames as cantools decodes them with footfall.dbc, against what the codec decodes.
+
+usage: dbc.py DBC FRAMES, with FRAMES as written by tests/python.rs
+"""
+
+import csv
+import sys
+
+import cantools
+
+
+def main(dbc, frames):
+    database = cantools.database.load_file(dbc, strict=True)
+    count = 0
+    decoded = {}
+    with open(frames, newline="", encoding="utf-8") as table:
+        for row in csv.DictReader(table, delimiter="\t"):
+            key = (int(row["id"]), row["data"])
+            if key not in decoded:
+                message = database.get_message_by_frame_id(key[0])
+                data = bytes.fromhex(key[1])
+                decoded[key] = message.decode(data, decode_choices=False)
+                # Encoding gives the same bytes back.
+                bits = message.encode(decoded[key], strict=False)
+                used = [s.length for s in message.signals]
+                if sum(used) == 64:
+                    assert bits == data, (message.name, bits.hex(), key[1])
+            value = decoded[key][row["signal"]]
+            expected = float(row["value"])
+            tolerance = 1e-6 * max(1.0, abs(expected))
+            assert abs(value - expected) <= tolerance, (row, value)
+            count += 1
+    contact = database.get_message_by_name("FL_Contact")
+    assert contact.cycle_time == 1
+    state = contact.get_signal_by_name("State")
+    assert [str(state.choices[i]) for i in range(5)] == [
+        "unknown",
+        "stance",
+        "slip",
+        "swing",
+        "quiet_swing",
+    ]
+    assert "stable contact" in contact.get_signal_by_name("StableContactProbability").comment
+    print(f"{count} values agree")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,91 @@
+//! A short, always equal run of what the fuzz targets in `fuzz/` run: their corpus, pieces of it
+//! damaged, and bytes from a generator.
+
+#[path = "../fuzz/targets.rs"]
+mod targets;
+
+use std::fs;
+use std::path::Path;
+
+use targets::{TARGETS, Target};
+
+/// A generator with a fixed seed (PCG, O'Neill 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        let state = self.0;
+        self.0 = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let mixed = ((state >> 18 ^ state) >> 27) as u32;
+        mixed.rotate_right((state >> 59) as u32)
+    }
+
+    fn below(&mut self, bound: usize) -> usize {
+        self.next() as usize % bound
+    }
+}
+
+fn corpus(name: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("fuzz/corpus")
+        .join(name);
+    let mut files: Vec<_> = fs::read_dir(folder)
+        .expect("there is a corpus")
+        .map(|entry| entry.expect("readable").path())
+        .collect();
+    files.sort();
+    assert!(!files.is_empty(), "{name} has a corpus");
+    files
+        .into_iter()
+        .map(|file| fs::read(file).expect("readable"))
+        .collect()
+}
+
+fn run((name, target): Target) {
+    let corpus = corpus(name);
+    for input in &corpus {
+        target(input);
+    }
+    let mut random = Random(0x5EED);
+    for round in 0..20_000 {
+        let input: Vec<u8> = if round % 2 == 0 {
+            // Some of the corpus, one after the other, a few bytes changed or cut off.
+            let mut input: Vec<u8> = (0..=random.below(4))
+                .flat_map(|_| corpus[random.below(corpus.len())].clone())
+                .collect();
+            for _ in 0..random.below(4) {
+                let place = random.below(input.len());
+                input[place] = random.next() as u8;
+            }
+            input.truncate(input.len() - random.below(3).min(input.len()));
+            input
+        } else {
+            (0..random.below(200))
+                .map(|_| random.next() as u8)
+                .collect()
+        };
+        target(&input);
+    }
+}
+
+#[test]
+fn frames_of_any_bytes_keep_their_promises() {
+    run(TARGETS[0]);
+}
+
+#[test]
+fn a_node_takes_any_frames() {
+    run(TARGETS[1]);
+}
+
+#[test]
+fn settings_from_any_bytes_are_allowed_ones() {
+    run(TARGETS[2]);
+}
+
+#[test]
+fn a_uart_stream_of_any_bytes_is_survived() {
+    run(TARGETS[3]);
+}
