@@ -68,6 +68,15 @@ impl Flags {
         self.0 & flag.bit() != 0
     }
 
+    /// Whether the data are in doubt, so that nothing may be called stable.
+    ///
+    /// That is any flag but [`Flag::TimeGap`]: a gap's missing samples have lowered the
+    /// probability already.
+    #[must_use]
+    pub const fn are_doubt(self) -> bool {
+        self.0 & !Flag::TimeGap.bit() != 0
+    }
+
     /// Whether the set is empty.
     #[must_use]
     pub const fn is_empty(self) -> bool {
@@ -97,6 +106,14 @@ mod tests {
         let set = Flags::NONE.with(Flag::Saturated).with(Flag::TimeGap);
         assert!(set.iter().eq([Flag::Saturated, Flag::TimeGap]));
         assert!(!set.contains(Flag::Stale) && !set.is_empty());
+    }
+
+    #[test]
+    fn every_flag_but_a_gap_is_doubt() {
+        for flag in Flag::ALL {
+            assert_eq!(Flags::NONE.with(flag).are_doubt(), flag != Flag::TimeGap);
+        }
+        assert!(!Flags::NONE.are_doubt());
     }
 
     #[test]

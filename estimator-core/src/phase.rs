@@ -89,16 +89,6 @@ pub(crate) struct PhaseTracker {
     deliberation: Deliberation,
 }
 
-/// The flags with which nothing is stable. A gap in time is not among them: its missing samples
-/// have lowered the probability already.
-const DOUBT: [Flag; 5] = [
-    Flag::WindowNotFull,
-    Flag::AttitudeNotInitialised,
-    Flag::Saturated,
-    Flag::Stale,
-    Flag::InvalidSample,
-];
-
 /// The flags that leave open whether the foot moves. A saturated sample says that it does.
 const MOTION_UNKNOWN: [Flag; 4] = [
     Flag::WindowNotFull,
@@ -141,7 +131,7 @@ impl PhaseTracker {
     }
 
     fn decide(&mut self, now: Timestamp, stable_probability: f32, flags: Flags) {
-        if DOUBT.into_iter().any(|flag| flags.contains(flag)) {
+        if flags.are_doubt() {
             // Doubt ends a stable decision at once, and the on-delay starts anew after it.
             self.decision = Decision::NotStable;
             self.contradicted_since = None;
@@ -243,7 +233,7 @@ mod tests {
 
     #[test]
     fn doubt_ends_a_stable_decision_at_once() {
-        for flag in DOUBT {
+        for flag in Flag::ALL.into_iter().filter(|flag| *flag != Flag::TimeGap) {
             let mut tracker = tracker();
             for ms in 0..30 {
                 tracker.update(Timestamp::from_micros(ms * 1000), 0.9, Flags::NONE, None);

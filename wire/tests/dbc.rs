@@ -84,7 +84,7 @@ impl Truth {
         };
         // Half a step, and a roundings' worth of f32 at the end of the range.
         let q = |value: f32, step: f64| (f64::from(value), step * 0.505);
-        let valid = self.estimate.flags.is_empty() && !fault;
+        let valid = !self.estimate.flags.are_doubt() && !fault;
         let stable = self.estimate.decision == Decision::Stable;
         let phase = match self.estimate.phase {
             Phase::Stance | Phase::QuietSwing if !valid => Phase::Unknown,

@@ -21,7 +21,7 @@ use crate::fault::Faults;
 /// |---|---|
 /// | 0 to 2 | phase: 0 unknown, 1 stance, 2 slip, 3 swing, 4 quiet swing |
 /// | 3 | debounced decision: stable |
-/// | 4 | valid: no flag and no fault |
+/// | 4 | valid: no flag but a time gap, and no fault |
 /// | 5 | saturated |
 /// | 6 | fault: the sensor cannot be believed |
 /// | 7 | settling: the window is not full, or up is not yet known |
@@ -47,7 +47,7 @@ impl Status {
         }
         if faults.void_estimate() {
             bits |= FAULT;
-        } else if flags.is_empty() {
+        } else if !flags.are_doubt() {
             bits |= VALID;
         }
         if flags.contains(Flag::Saturated) {
@@ -266,7 +266,11 @@ pub(super) const SIGNALS: &[Signal] = &[
         &[(0, "not_stable"), (1, "stable")],
         "Debounced decision; stable only where Valid is yes.",
     ),
-    Signal::flag("Valid", 60, "Nothing is in doubt: no flag and no fault."),
+    Signal::flag(
+        "Valid",
+        60,
+        "Nothing is in doubt: no flag but a time gap, and no fault.",
+    ),
     Signal::flag(
         "Saturated",
         61,
@@ -339,8 +343,8 @@ mod tests {
     }
 
     #[test]
-    fn every_flag_makes_the_frame_not_valid_and_not_stable() {
-        for flag in Flag::ALL {
+    fn every_flag_but_a_gap_makes_the_frame_not_valid_and_not_stable() {
+        for flag in Flag::ALL.into_iter().filter(|flag| *flag != Flag::TimeGap) {
             let doubtful = ContactEstimate {
                 flags: Flags::NONE.with(flag),
                 ..estimate()

@@ -105,7 +105,7 @@ mod tests {
                 axes: PerAxis::from_array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0]),
             },
             decision: Decision::Stable,
-            flags: Flags::NONE.with(Flag::TimeGap),
+            flags: Flags::NONE.with(Flag::InvalidSample),
             ..Default::default()
         };
         let message = ContactMessage::new(&estimate, Faults::NONE);
@@ -119,8 +119,8 @@ mod tests {
                 6, 5, 4, 3, 2, 1, 0, 0, // time
                 0xFF, 0xFF, 0x33, 0x33, 0x66, 0x66, // products
                 0, 0, 0x33, 0x33, 0x66, 0x66, 0x99, 0x99, 0xCC, 0xCC, 0xFF, 0xFF, // axes
-                0x00, // a time gap: not valid, so not stable
-                0x20,
+                0x00, // an invalid sample: not valid, so not stable
+                0x10,
             ]
         );
         let decoded = Message::decode(Kind::Contact, &payload);
