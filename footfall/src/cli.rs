@@ -10,7 +10,7 @@ use estimator_core::{Gravity, WindowLength};
 use crate::config::{Overrides, Preset, parse_gravity, parse_window};
 use crate::demo;
 use crate::error::Error;
-use crate::input::{self, Format, Hints};
+use crate::input::{Format, Hints, Opened};
 use crate::output::OutputError;
 use crate::report::{SummaryStyle, Wanted, report};
 
@@ -37,7 +37,7 @@ pub enum Command {
 pub struct ReplayArguments {
     /// The recording
     pub input: PathBuf,
-    /// How the file is laid out; may be left out where a header names the six axes (csv)
+    /// How the file is laid out; may be left out where a header names the columns (csv)
     #[arg(long, value_enum)]
     pub format: Option<Format>,
     /// Where the parameters start from
@@ -108,11 +108,8 @@ impl ReplayArguments {
             Some(path) => Overrides::read(path)?,
             None => Overrides::default(),
         };
-        let format = match self.format {
-            Some(format) => format,
-            None => input::guess_format(&self.input)?,
-        };
-        let mut params = self.preset.params(format);
+        let opened = Opened::new(&self.input, self.format)?;
+        let mut params = self.preset.params(opened.format());
         overrides.apply(&mut params);
         if let Some(window) = self.window {
             params.window = window;
@@ -124,7 +121,7 @@ impl ReplayArguments {
             sample_rate: self.sample_rate.or(overrides.sample_rate_hz),
             gravity: self.gravity.or(overrides.gravity),
         };
-        let loaded = input::read(&self.input, format, &hints)?;
+        let loaded = opened.read(&hints)?;
         for notice in &loaded.notices {
             eprintln!("footfall: {notice}");
         }

@@ -19,6 +19,7 @@ pub mod error;
 pub mod gait;
 pub mod input;
 pub mod metrics;
+mod number;
 pub mod output;
 pub mod plot;
 mod progress;

@@ -257,9 +257,77 @@ fn an_empty_file_is_an_error() {
 fn a_file_that_does_not_tell_its_format_is_an_error_that_lists_the_formats() {
     let expected = "footfall: x.csv has no header that names the six axes, so its format must \
                     be given: --format pce-atlas, pce-go1 or csv\n";
-    for content in ["250,0,0,1,0,0,0\n", "", "ax,ay\n0,0\n"] {
+    for content in ["250,0,0,1,0,0,0\n", "time,mood\n0,0\n"] {
         assert_eq!(complaint(content, ""), expected);
     }
+}
+
+#[test]
+fn without_a_format_an_empty_file_is_called_empty() {
+    for content in ["", "\n\n"] {
+        assert_eq!(
+            complaint(content, ""),
+            "footfall: x.csv is empty: it holds no sample\n"
+        );
+    }
+}
+
+#[test]
+fn without_a_format_a_header_that_lacks_an_axis_is_told_which() {
+    let missing = |header: &str| {
+        let stderr = complaint(format!("{header}\n0,0,0,0,0,0,0\n"), "");
+        let said = stderr.strip_prefix("footfall: x.csv, line 1: missing in the header: ");
+        said.expect("the header's fault").trim_end().to_owned()
+    };
+    assert_eq!(missing("t,ax,ay,az,wx,wy,gz"), "wz");
+    assert_eq!(
+        missing("T,AX,AY,AZ,WX,WY,WZ"),
+        "ax, ay, az, wx, wy, wz; names are written in lower case"
+    );
+    assert_eq!(
+        missing("t;ax;ay;az;wx;wy;wz"),
+        "ax, ay, az, wx, wy, wz; columns are separated by commas, not by ';'"
+    );
+}
+
+#[test]
+fn a_recording_may_come_through_a_pipe() {
+    let bench = Bench::with("walk.csv", standing());
+    let output = Command::new("sh")
+        .args(["-c", "cat walk.csv | \"$0\" replay /dev/stdin --json"])
+        .arg(env!("CARGO_BIN_EXE_footfall"))
+        .current_dir(&bench.directory)
+        .output()
+        .expect("a shell");
+    assert!(output.status.success(), "{output:?}");
+    assert!(text(&output.stdout).contains("\"samples\": 1000"));
+}
+
+#[test]
+fn numbers_in_messages_are_as_short_as_they_were_written() {
+    assert_eq!(
+        complaint(format!("t,{AXES}\n1e300,0,0,0,0,0,0\n"), ""),
+        "footfall: x.csv, line 2, column 1 (t): 1e300 is no time in s: -4e9 to 4e9 is expected\n"
+    );
+    assert_eq!(
+        complaint(standing(), "--sample-rate 1e-30"),
+        "footfall: x.csv: column t says 1000.00 Hz, but the sample rate was given as 1e-30 Hz\n"
+    );
+    assert_eq!(
+        complaint(standing().replace(",50,1\n", ",50,1e300\n"), ""),
+        "footfall: x.csv, line 2, column 9 (label): label 1e300 where 0 (not stable) or 1 \
+         (stable) is expected\n"
+    );
+}
+
+#[test]
+fn times_in_milliseconds_are_suspected_where_the_rate_given_says_so() {
+    let in_ms = format!("t,{AXES}\n0,0,0,9,0,0,0\n1,0,0,9,0,0,0\n2,0,0,9,0,0,0\n");
+    assert_eq!(
+        complaint(in_ms, "--sample-rate 1000"),
+        "footfall: x.csv: column t says 1.00 Hz, but the sample rate was given as 1000 Hz; \
+         column t looks like milliseconds, but is in s\n"
+    );
 }
 
 #[test]
@@ -339,8 +407,8 @@ fn a_time_that_does_not_advance_is_an_error() {
 #[test]
 fn a_time_that_is_no_time_is_an_error() {
     assert_eq!(
-        complaint(format!("t,{AXES}\n-1,0,0,0,0,0,0\n"), ""),
-        "footfall: x.csv, line 2, column 1 (t): time -1 s where 0 to 1e12 is expected\n"
+        complaint(format!("t,{AXES}\nnan,0,0,0,0,0,0\n"), ""),
+        "footfall: x.csv, line 2, column 1 (t): nan is no time in s: -4e9 to 4e9 is expected\n"
     );
 }
 
