@@ -12,7 +12,7 @@ use crate::demo;
 use crate::error::Error;
 use crate::input::{Format, Hints, Opened};
 use crate::output::OutputError;
-use crate::report::{SummaryStyle, Wanted, report};
+use crate::report::{Outputs, SummaryStyle, replay_into};
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
 #[derive(Debug, Parser)]
@@ -125,7 +125,7 @@ impl ReplayArguments {
         for notice in &loaded.notices {
             eprintln!("footfall: {notice}");
         }
-        let wanted = Wanted {
+        let outputs = Outputs {
             samples: None,
             estimates: self.output,
             plot: self.plot,
@@ -135,7 +135,7 @@ impl ReplayArguments {
                 SummaryStyle::Text
             },
         };
-        report(&loaded.recording, &params, &wanted)
+        replay_into(&outputs, &loaded.recording, loaded.start_us, &params)
     }
 }
 

@@ -8,7 +8,7 @@ use estimator_core::Params;
 use crate::error::Error;
 use crate::gait::{self, Plan, SensorParams};
 use crate::output::OutputError;
-use crate::report::{SummaryStyle, Wanted, report};
+use crate::report::{Outputs, SummaryStyle, replay_into};
 
 /// Where the results go where nothing else is said.
 pub const DIRECTORY: &str = "footfall-demo";
@@ -27,11 +27,11 @@ pub fn run(directory: &Path, seed: u64) -> Result<(), Error> {
         file: directory.display().to_string(),
         source,
     })?;
-    let wanted = Wanted {
+    let outputs = Outputs {
         samples: Some(directory.join("samples.csv")),
         estimates: None,
         plot: Some(directory.join("plot.svg")),
         summary: SummaryStyle::Text,
     };
-    report(&recording, &Params::DEFAULT, &wanted)
+    replay_into(&outputs, &recording, 0, &Params::DEFAULT)
 }

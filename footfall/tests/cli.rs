@@ -4,6 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use estimator_core::Params;
+use footfall::input::{self, Format, Hints};
+use footfall::plot;
+use footfall::replay::replay;
 use tempfile::TempDir;
 
 /// A directory of its own for each test, in which the command runs.
@@ -101,6 +105,47 @@ fn a_replay_writes_one_row_per_sample_under_the_documented_header() {
         (last[0], last[1], last[20], last[21]),
         ("0.999000", "1", "stance", "")
     );
+}
+
+#[test]
+fn times_come_out_as_they_went_in_wherever_the_clock_starts() {
+    for start in [-500, 0, 1_700_000_000_000_i64] {
+        let time = |k: i64| {
+            let ms = start + k;
+            let sign = if ms < 0 { "-" } else { "" };
+            format!("{sign}{}.{:03}", ms.abs() / 1000, ms.abs() % 1000)
+        };
+        let row = |k: i64| format!("{},0,0,9.81,0,0,0\n", time(k));
+        let rows: String = (0..1000).map(row).collect();
+        let bench = Bench::with("walk.csv", format!("t,{AXES}\n{rows}"));
+        bench.stdout("replay walk.csv --output out.csv --plot out.svg");
+        let table = read(&bench.path("out.csv"));
+        let times = table
+            .lines()
+            .skip(1)
+            .map(|row| row.split(',').next().unwrap_or_default());
+        assert!(times.eq((0..1000).map(|k| time(k) + "000")));
+        let svg = read(&bench.path("out.svg"));
+        match start {
+            0 => assert!(!svg.contains("since t =")),
+            -500 => assert!(svg.contains("time (s) since t = -0.5 s")),
+            _ => assert!(svg.contains("time (s) since t = 1700000000 s")),
+        }
+        assert!(svg.contains("\n0.5\n"), "ticks count from the start");
+    }
+}
+
+#[test]
+fn the_figure_is_that_of_the_whole_recording() {
+    let bench = Bench::with("walk.csv", standing());
+    bench.stdout("replay walk.csv --plot out.svg");
+    let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &Hints::default());
+    let recording = loaded.expect("a recording").recording;
+    let estimates = replay(&recording, &Params::DEFAULT).expect("the preset");
+    let expected = plot::svg(&recording, &estimates).expect("a picture");
+    assert!(read(&bench.path("out.svg")) == expected);
+    // The same as in the process, and not the same as with the first estimate alone.
+    assert!(expected != plot::svg(&recording, &estimates[..1]).expect("a picture"));
 }
 
 #[test]

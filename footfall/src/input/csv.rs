@@ -3,7 +3,7 @@
 //!
 //! | column | unit | blank cell |
 //! |---|---|---|
-//! | `t` | s, from 0 on, advancing by at least 1 µs per row | error |
+//! | `t` | s, from any start, advancing by at least 1 µs per row | error |
 //! | `ax`, `ay`, `az` | m/s², gravity included unless said otherwise | error |
 //! | `wx`, `wy`, `wz` | rad/s | error |
 //! | `force` | N | no load known |
@@ -38,12 +38,15 @@ pub(super) fn read(mut table: Table, hints: &Hints) -> Result<Loaded, InputError
         return Err(table.empty());
     };
     let columns = Columns::checked(&header, table.file())?;
+    let mut clock: Option<Clock> = None;
     let mut times = Vec::new();
     let mut samples = Vec::new();
     while let Some(row) = table.next_row()? {
         row.expect_columns(columns.count)?;
         if let Some(index) = columns.t {
-            times.push(time(&row, index, times.last().copied())?);
+            let now_us = time_us(&row, index)?;
+            let clock = clock.get_or_insert_with(|| Clock::starting_at(now_us));
+            times.push(clock.advance_to(now_us, &row, index)?);
         }
         samples.push(columns.sample(&row)?);
     }
@@ -58,6 +61,7 @@ pub(super) fn read(mut table: Table, hints: &Hints) -> Result<Loaded, InputError
             .unwrap_or_else(|| steady_time(k, sample_rate));
     }
     Ok(Loaded {
+        start_us: clock.map_or(0, |clock| clock.start_us),
         notices: columns.notice(table.file()).into_iter().collect(),
         recording: Recording {
             name: table.recording_name().to_owned(),
@@ -217,23 +221,47 @@ pub(super) fn label(row: &Row, index: usize, value: f64) -> Result<Label, InputE
 }
 
 /// The time in column `index`, rounded to a microsecond.
-fn time(row: &Row, index: usize, previous: Option<Timestamp>) -> Result<Timestamp, InputError> {
+fn time_us(row: &Row, index: usize) -> Result<i64, InputError> {
     let value = row.number(index, "t")?;
-    let cell = || row.cell(index, "t");
-    if !(0.0..=MAX_TIME_S).contains(&value) {
-        return Err(InputError::Time {
-            cell: cell(),
+    if (-MAX_TIME_S..=MAX_TIME_S).contains(&value) {
+        Ok((value * 1.0e6).round() as i64)
+    } else {
+        Err(InputError::Time {
+            cell: row.cell(index, "t"),
             text: row.text(index).to_owned(),
-        });
+        })
     }
-    let now = Timestamp::from_micros((value * 1.0e6).round() as u64);
-    match previous.filter(|previous| now <= *previous) {
-        Some(previous) => Err(InputError::TimeOrder {
-            cell: cell(),
-            text: row.text(index).to_owned(),
-            previous: previous.as_micros() as f64 / 1.0e6,
-        }),
-        None => Ok(now),
+}
+
+/// The file's clock, which may start anywhere but runs forward.
+struct Clock {
+    start_us: i64,
+    newest_us: Option<i64>,
+}
+
+impl Clock {
+    const fn starting_at(start_us: i64) -> Self {
+        Self {
+            start_us,
+            newest_us: None,
+        }
+    }
+
+    /// The time of a row since the first one.
+    fn advance_to(
+        &mut self,
+        now_us: i64,
+        row: &Row,
+        index: usize,
+    ) -> Result<Timestamp, InputError> {
+        match self.newest_us.replace(now_us) {
+            Some(previous_us) if now_us <= previous_us => Err(InputError::TimeOrder {
+                cell: row.cell(index, "t"),
+                text: row.text(index).to_owned(),
+                previous: previous_us as f64 / 1.0e6,
+            }),
+            _ => Ok(Timestamp::from_micros(now_us.abs_diff(self.start_us))),
+        }
     }
 }
 
@@ -295,8 +323,9 @@ mod tests {
 
     #[test]
     fn columns_may_stand_in_any_order() {
-        let Loaded { recording, notices } =
-            loaded("label,wz,wy,wx,az,ay,ax,force,t\n1,6,5,4,3,2,1,7,0\n0,6,5,4,3,2,1,,0.002\n");
+        let Loaded {
+            recording, notices, ..
+        } = loaded("label,wz,wy,wx,az,ay,ax,force,t\n1,6,5,4,3,2,1,7,0\n0,6,5,4,3,2,1,,0.002\n");
         let [first, second] = recording.samples[..] else {
             panic!("two rows");
         };
@@ -361,6 +390,29 @@ mod tests {
         let rate = measured_rate(&times).unwrap();
         assert!((rate - 285.714).abs() < 1e-3, "{rate}");
         assert_eq!(measured_rate(&times[..1]), None);
+    }
+
+    #[test]
+    fn the_clock_may_start_anywhere() {
+        for (start, start_us) in [
+            ("-0.002", -2000),
+            ("0.5", 500_000),
+            ("1700000000.123457", 1_700_000_000_123_457),
+        ] {
+            let second = start.parse::<f64>().unwrap() + 0.004;
+            let text = format!("t,ax,ay,az,wx,wy,wz\n{start},1,2,3,4,5,6\n{second},1,2,3,4,5,6\n");
+            let Loaded {
+                recording,
+                start_us: found,
+                ..
+            } = loaded(text);
+            assert_eq!(found, start_us);
+            let times = recording
+                .samples
+                .iter()
+                .map(|s| s.imu.timestamp.as_micros());
+            assert!(times.eq([0, 4000]));
+        }
     }
 
     #[test]

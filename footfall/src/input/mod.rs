@@ -48,8 +48,11 @@ pub struct Hints {
 /// What came out of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
-    /// The recording.
+    /// The recording. Its first sample is at time 0.
     pub recording: Recording,
+    /// What the file's clock says at the first sample, µs; 0 where the file has no clock. It may
+    /// be negative, as before a trigger, or count from 1970.
+    pub start_us: i64,
     /// One sentence on each thing that was left out or reinterpreted, for people to read.
     pub notices: Vec<String>,
 }

@@ -86,6 +86,7 @@ pub(super) fn read_atlas(mut table: Table, hints: &Hints) -> Result<Loaded, Inpu
         return Err(table.empty());
     }
     Ok(Loaded {
+        start_us: 0,
         recording: Recording {
             name: table.recording_name().to_owned(),
             sample_rate,
@@ -134,6 +135,7 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputE
         })
         .collect();
     Ok(Loaded {
+        start_us: 0,
         notices: vec![go1_notice(table.file(), samples.len(), forces.len())],
         recording: Recording {
             name: table.recording_name().to_owned(),
@@ -250,7 +252,9 @@ mod tests {
             let imu = if row < 80 { "0,0,1,0,0,0" } else { ",,,,," };
             writeln!(text, "{row},{imu}").unwrap();
         }
-        let Loaded { recording, notices } = load(&text, read_go1).unwrap();
+        let Loaded {
+            recording, notices, ..
+        } = load(&text, read_go1).unwrap();
         assert_eq!(recording.samples.len(), 80);
         assert_eq!(recording.samples[10].load, Some(Load(69.0)));
         // 1.9 · 79 + 50 = 200.1 lies past the last force row, 199.

@@ -59,8 +59,21 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// # Errors
 /// What the drawing library reports; writing to memory gives it no reason to.
 pub fn svg(recording: &Recording, estimates: &[ContactEstimate]) -> io::Result<String> {
+    svg_at(0, recording, estimates)
+}
+
+/// Draws as [`svg`] does a recording whose clock says `start_us` at timestamp 0, µs. The axis
+/// counts from there on and says so: a time since 1970 has no room at every tick.
+///
+/// # Errors
+/// Those of [`svg`].
+pub fn svg_at(
+    start_us: i64,
+    recording: &Recording,
+    estimates: &[ContactEstimate],
+) -> io::Result<String> {
     let mut text = String::new();
-    draw(&mut text, recording, estimates).map_err(io::Error::other)?;
+    draw(&mut text, start_us, recording, estimates).map_err(io::Error::other)?;
     Ok(text)
 }
 
@@ -101,6 +114,7 @@ impl Stretches {
 
 fn draw(
     text: &mut String,
+    start_us: i64,
     recording: &Recording,
     estimates: &[ContactEstimate],
 ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
@@ -126,22 +140,26 @@ fn draw(
         // The last panel is that of the total probability, which the labels belong to.
         let (panel_height, track, time_axis) = if k == last {
             let height = PANEL_HEIGHT + TIME_AXIS_HEIGHT;
-            (height, labels.as_ref(), TimeAxis::Labelled)
+            (height, labels.as_ref(), Some(time_title(start_us)))
         } else {
-            (PANEL_HEIGHT, None, TimeAxis::Bare)
+            (PANEL_HEIGHT, None, None)
         };
         let (area, below) = rest.split_vertically(panel_height);
-        draw_panel(&area, panel, &shades, track, &time, time_axis)?;
+        draw_panel(&area, panel, &shades, track, &time, time_axis.as_deref())?;
         rest = below;
     }
     root.present()?;
     Ok(())
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum TimeAxis {
-    Bare,
-    Labelled,
+/// The title of the time axis.
+fn time_title(start_us: i64) -> String {
+    if start_us == 0 {
+        "time (s)".to_owned()
+    } else {
+        // Exact: an f64 holds these times to a microsecond.
+        format!("time (s) since t = {} s", start_us as f64 / 1.0e6)
+    }
 }
 
 /// Width of the data area, in pixels.
@@ -312,12 +330,9 @@ fn draw_panel(
     shades: &[Stretches],
     track: Option<&Stretches>,
     time: &Range<f64>,
-    time_axis: TimeAxis,
+    time_title: Option<&str>,
 ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    let time_axis_height = match time_axis {
-        TimeAxis::Labelled => TIME_AXIS_HEIGHT,
-        TimeAxis::Bare => 0,
-    };
+    let time_axis_height = time_title.map_or(0, |_| TIME_AXIS_HEIGHT);
     let mut chart: ChartContext<'_, _, Cartesian2d<RangedCoordf64, RangedCoordf64>> =
         ChartBuilder::on(area)
             .margin_left(LEFT_MARGIN)
@@ -341,8 +356,8 @@ fn draw_panel(
         .light_line_style(TRANSPARENT)
         .label_style(text_style(NUMBER_SIZE))
         .axis_desc_style(text_style(TEXT_SIZE));
-    if time_axis == TimeAxis::Labelled {
-        mesh.x_desc("time (s)");
+    if let Some(title) = time_title {
+        mesh.x_desc(title);
     }
     mesh.draw()?;
     if let Some(track) = track {
