@@ -1,8 +1,7 @@
 //! The command line: `footfall replay`, and `footfall demo`, which is also what happens without
 //! a sub-command.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use estimator_core::{Gravity, WindowLength};
@@ -11,8 +10,8 @@ use crate::config::{Overrides, Preset, parse_gravity, parse_window};
 use crate::demo;
 use crate::error::Error;
 use crate::input::{Format, Hints, Opened};
-use crate::output::OutputError;
 use crate::report::{Outputs, SummaryStyle, replay_into};
+use crate::targets;
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
 #[derive(Debug, Parser)]
@@ -58,7 +57,7 @@ pub struct ReplayArguments {
     /// Write the estimates, one row per sample
     #[arg(long, value_name = "OUT.csv")]
     pub output: Option<PathBuf>,
-    /// Write the figure
+    /// Write the figure, which is an SVG
     #[arg(long, value_name = "OUT.svg")]
     pub plot: Option<PathBuf>,
     /// Print the summary as one JSON object
@@ -114,9 +113,7 @@ impl ReplayArguments {
         if let Some(window) = self.window {
             params.window = window;
         }
-        for result in [&self.output, &self.plot].into_iter().flatten() {
-            refuse_overwriting(&self.input, result)?;
-        }
+        targets::check(&self.input, self.output.as_deref(), self.plot.as_deref())?;
         let hints = Hints {
             sample_rate: self.sample_rate.or(overrides.sample_rate_hz),
             gravity: self.gravity.or(overrides.gravity),
@@ -136,16 +133,6 @@ impl ReplayArguments {
             },
         };
         replay_into(&outputs, &loaded.recording, loaded.start_us, &params)
-    }
-}
-
-/// A recording cannot be made again: no result may take its place.
-fn refuse_overwriting(input: &Path, result: &Path) -> Result<(), OutputError> {
-    match (fs::canonicalize(input), fs::canonicalize(result)) {
-        (Ok(input), Ok(same)) if input == same => Err(OutputError::OverInput {
-            file: result.display().to_string(),
-        }),
-        _ => Ok(()),
     }
 }
 

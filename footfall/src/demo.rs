@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::gait::{self, Plan, SensorParams};
 use crate::output::OutputError;
 use crate::report::{Outputs, SummaryStyle, replay_into};
+use crate::targets;
 
 /// Where the results go where nothing else is said.
 pub const DIRECTORY: &str = "footfall-demo";
@@ -22,6 +23,7 @@ pub const SEED: u64 = 1;
 /// # Errors
 /// The files cannot be written, or stdout cannot.
 pub fn run(directory: &Path, seed: u64) -> Result<(), Error> {
+    targets::check_can_be_directory(directory)?;
     let recording = gait::record(&Plan::demo(seed), &SensorParams::LSM6DSOX, seed);
     fs::create_dir_all(directory).map_err(|source| OutputError::Unwritable {
         file: directory.display().to_string(),

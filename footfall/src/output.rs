@@ -41,6 +41,30 @@ pub enum OutputError {
         /// The result, as it was named.
         file: String,
     },
+    /// Two results would go into one file.
+    #[error("{file} cannot be written: it is named for the table and for the picture")]
+    SameFile {
+        /// The second result, as it was named.
+        file: String,
+    },
+    /// There is a directory of that name.
+    #[error("{file} cannot be written: it is a directory")]
+    IsDirectory {
+        /// The result, as it was named.
+        file: String,
+    },
+    /// There is a file where the results' directory should be.
+    #[error("{file} is a file, but results go into a directory")]
+    NotADirectory {
+        /// The directory, as it was named.
+        file: String,
+    },
+    /// A picture has the name of something else.
+    #[error("{file} cannot be written: pictures are SVG, so the name must end in .svg")]
+    NotSvg {
+        /// The picture, as it was named.
+        file: String,
+    },
     /// Something else went wrong.
     #[error("{file} cannot be written: {source}")]
     Unwritable {
@@ -169,7 +193,8 @@ pub fn write_file(
     written(path, content).map_err(|source| OutputError::Unwritable { file, source })
 }
 
-fn directory_of(path: &Path) -> Option<&Path> {
+/// The directory that a path names, where it names one.
+pub(crate) fn directory_of(path: &Path) -> Option<&Path> {
     path.parent()
         .filter(|parent| !parent.as_os_str().is_empty())
 }

@@ -561,6 +561,55 @@ fn a_result_never_takes_the_place_of_the_recording() {
 }
 
 #[test]
+fn two_results_never_go_into_one_file() {
+    let bench = Bench::with("x.csv", standing());
+    for same in ["a.svg", "./a.svg"] {
+        assert_eq!(
+            bench.error(&format!("replay x.csv --output a.svg --plot {same}")),
+            format!(
+                "footfall: {same} cannot be written: it is named for the table and for the \
+                 picture\n"
+            )
+        );
+    }
+    assert_eq!(bench.files(), ["x.csv"]);
+}
+
+#[test]
+fn what_cannot_be_written_is_found_before_anything_is() {
+    let bench = Bench::with("x.csv", standing());
+    fs::create_dir(bench.path("walks.svg")).expect("a directory");
+    for (picture, why) in [
+        ("no/x.svg", "there is no directory no"),
+        ("walks.svg", "it is a directory"),
+        ("x.png", "pictures are SVG, so the name must end in .svg"),
+        ("x", "pictures are SVG, so the name must end in .svg"),
+    ] {
+        assert_eq!(
+            bench.error(&format!("replay x.csv --output ok.csv --plot {picture}")),
+            format!("footfall: {picture} cannot be written: {why}\n")
+        );
+        assert_eq!(bench.files(), ["walks.svg", "x.csv"]);
+    }
+}
+
+#[test]
+fn the_figure_may_go_into_a_pipe() {
+    let bench = Bench::with("x.csv", standing());
+    let stdout = bench.stdout("replay x.csv --plot /dev/stdout");
+    assert!(stdout.starts_with("<svg"), "{stdout}");
+}
+
+#[test]
+fn a_file_where_the_demos_directory_should_be_is_called_one() {
+    let bench = Bench::with("walk", "");
+    assert_eq!(
+        bench.error("demo --out walk"),
+        "footfall: walk is a file, but results go into a directory\n"
+    );
+}
+
+#[test]
 fn an_error_leaves_no_result_behind() {
     let bench = Bench::with("x.csv", standing() + "1.0,0,0,oops,0,0,0,50,1\n");
     bench.error("replay x.csv --output out.csv --plot out.svg");
