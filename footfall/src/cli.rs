@@ -4,9 +4,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use estimator_core::{Gravity, WindowLength};
+use estimator_core::{Gravity, Params, WindowLength};
 
-use crate::config::{Overrides, Preset, parse_gravity, parse_window};
+use crate::config::{
+    Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
+};
 use crate::demo;
 use crate::error::Error;
 use crate::input::{Format, Hints, Opened};
@@ -107,6 +109,7 @@ impl ReplayArguments {
             Some(path) => Overrides::read(path)?,
             None => Overrides::default(),
         };
+        let config_name = self.config.as_ref().map(|path| path.display().to_string());
         let opened = Opened::new(&self.input, self.format)?;
         let mut params = self.preset.params(opened.format());
         overrides.apply(&mut params);
@@ -132,15 +135,29 @@ impl ReplayArguments {
                 SummaryStyle::Text
             },
         };
-        replay_into(&outputs, &loaded.recording, loaded.start_us, &params)
+        let done = replay_into(&outputs, &loaded.recording, loaded.start_us, &params);
+        done.map_err(|error| match error {
+            Error::Params(error) => {
+                let params = Params {
+                    sample_rate: loaded.recording.sample_rate,
+                    ..params
+                };
+                let origins = Origins {
+                    file: config_name.as_deref(),
+                    overrides: &overrides,
+                    window: self.window,
+                    recording: &self.input.display().to_string(),
+                    sample_rate: match (self.sample_rate, overrides.sample_rate_hz) {
+                        (Some(_), _) => RateOrigin::Option,
+                        (None, Some(_)) => RateOrigin::Configuration,
+                        (None, None) => RateOrigin::Recording,
+                    },
+                };
+                origins.explain(&error, &params).into()
+            }
+            other => other,
+        })
     }
-}
-
-fn parse_sample_rate(text: &str) -> Result<f32, String> {
-    text.parse()
-        .ok()
-        .filter(|rate: &f32| rate.is_finite() && *rate > 0.0)
-        .ok_or_else(|| format!("{text:?} is no sample rate: write a number of Hz above 0"))
 }
 
 #[cfg(test)]
@@ -157,13 +174,5 @@ mod tests {
     fn nothing_at_all_means_demo() {
         let arguments = Arguments::parse_from(["footfall"]);
         assert!(arguments.command.is_none());
-    }
-
-    #[test]
-    fn a_sample_rate_is_a_positive_number() {
-        assert_eq!(parse_sample_rate("285.714"), Ok(285.714));
-        for wrong in ["0", "-1", "nan", "inf", "fast"] {
-            assert!(parse_sample_rate(wrong).is_err(), "{wrong}");
-        }
     }
 }

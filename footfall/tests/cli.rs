@@ -487,17 +487,86 @@ fn a_sample_rate_that_contradicts_the_times_is_an_error_that_names_both() {
 }
 
 #[test]
+fn times_in_another_unit_than_s_are_suspected_where_the_rate_says_so() {
+    for (step, rate, unit) in [(1, "1", "milliseconds"), (1000, "0.001", "microseconds")] {
+        let row = |k: u32| format!("{},0,0,9.81,0,0,0\n", k * step);
+        let rows: String = (0..100).map(row).collect();
+        assert_eq!(
+            complaint(format!("t,{AXES}\n{rows}"), ""),
+            format!(
+                "footfall: x.csv: the sample rate is {rate} Hz, allowed is 20 to 10000 Hz; \
+                 column t looks like {unit}, but is in s\n"
+            )
+        );
+    }
+}
+
+#[test]
+fn a_sample_rate_out_of_range_names_the_option() {
+    assert_eq!(
+        complaint(
+            "0,0,0,0,0,0,0,0,0,0,0,0,1\n",
+            "--format pce-atlas --sample-rate 1e-30"
+        ),
+        "footfall: --sample-rate is 1e-30 Hz, allowed is 20 to 10000 Hz\n"
+    );
+}
+
+#[test]
+fn the_configuration_files_sample_rate_counts_where_the_recording_has_none() {
+    let bench = Bench::with("x.csv", format!("{AXES}\n0,0,9,0,0,0\n0,0,9,0,0,0\n"));
+    fs::write(bench.path("robot.toml"), "sample_rate_hz = 400\n").expect("a file");
+    let summary = bench.stdout("replay x.csv --config robot.toml");
+    assert!(
+        summary.starts_with("x: 2 samples, 0.003 s at 400 Hz"),
+        "{summary}"
+    );
+    let summary = bench.stdout("replay x.csv --config robot.toml --sample-rate 100");
+    assert!(summary.contains("at 100 Hz"), "{summary}");
+}
+
+#[test]
+fn the_default_preset_takes_the_load_trigger_of_the_formats_robot() {
+    // 100 N would be a loaded GO1, but not a loaded ATLAS; 100 raw is no loaded GO1.
+    let atlas = |load: u32| format!("0,0,{load},0,0,0,0,0,0,0,0,0,1\n").repeat(400);
+    let go1 = |load: u32| format!("{load},0,0,1,0,0,0\n").repeat(400);
+    for (content, format, state) in [
+        (atlas(100), "pce-atlas", "quiet_swing"),
+        (atlas(200), "pce-atlas", "stance"),
+        (go1(100), "pce-go1", "quiet_swing"),
+        (go1(200), "pce-go1", "stance"),
+    ] {
+        let bench = Bench::with("x.csv", content);
+        let json = bench.stdout(&format!("replay x.csv --format {format} --json"));
+        let summary: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        let shares = &summary["state_shares"];
+        let largest = |other: &str| shares[other].as_f64() <= shares[state].as_f64();
+        assert!(
+            ["stance", "quiet_swing", "swing", "slip"]
+                .into_iter()
+                .all(largest),
+            "{json}"
+        );
+        assert!(shares[state].as_f64() > Some(0.2), "{json}");
+    }
+}
+
+#[test]
 fn a_parameter_out_of_its_range_is_named_with_value_and_range() {
     assert_eq!(
         complaint(standing(), "--window 9000samples"),
-        "footfall: parameter window comes to 9000 samples at this sample rate, allowed is 1 to \
+        "footfall: --window comes to 9000 samples at this sample rate, allowed is 1 to \
          4096\n"
     );
     let bench = Bench::with("x.csv", standing());
     fs::write(bench.path("robot.toml"), "decision.threshold = 1.5\n").expect("a file");
     assert_eq!(
         bench.error("replay x.csv --config robot.toml"),
-        "footfall: parameter decision.threshold is 1.5, allowed is 0.01 to 0.99\n"
+        "footfall: robot.toml, key decision.threshold is 1.5, allowed is 0.01 to 0.99\n"
+    );
+    assert_eq!(
+        complaint(standing(), "--window=-5ms"),
+        "footfall: --window is -5 ms, allowed is 0.1 to 1000000 ms\n"
     );
 }
 

@@ -29,6 +29,9 @@ pub(super) const MAX_TIME_S: f64 = 4.0e9;
 /// Said where times make sense as milliseconds only.
 pub(crate) const MILLISECONDS_HINT: &str = "; column t looks like milliseconds, but is in s";
 
+/// Said where times make sense as microseconds only.
+pub(crate) const MICROSECONDS_HINT: &str = "; column t looks like microseconds, but is in s";
+
 /// Reads a table with a header.
 ///
 /// # Errors

@@ -29,7 +29,7 @@
 //! [`FORCE_LEAD_ROWS`], good to about ±20 force rows (40 ms).
 
 use estimator_core::params::STANDARD_GRAVITY;
-use estimator_core::{Axis, Gravity, Load, Saturation, Validity};
+use estimator_core::{Axis, Load, Params, Saturation, Validity};
 
 use super::csv::label;
 use super::error::InputError;
@@ -38,10 +38,10 @@ use super::{Hints, Loaded, imu_sample, steady_time};
 use crate::recording::{RecordedSample, Recording};
 
 /// Rate of the ATLAS recordings, Hz.
-pub const ATLAS_SAMPLE_RATE: f32 = 1000.0;
+pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;
 
 /// Nominal rate of the GO1 recordings' IMU columns, Hz.
-pub const GO1_SAMPLE_RATE: f32 = 250.0;
+pub const GO1_SAMPLE_RATE: f32 = Params::PAPER_GO1.sample_rate;
 
 /// Rows of the GO1's force log per row of its IMU log, as measured: see the module's text.
 pub const FORCE_ROWS_PER_IMU_ROW: f64 = 1.9;
@@ -90,7 +90,7 @@ pub(super) fn read_atlas(mut table: Table, hints: &Hints) -> Result<Loaded, Inpu
         recording: Recording {
             name: table.recording_name().to_owned(),
             sample_rate,
-            gravity: hints.gravity.unwrap_or(Gravity::Removed),
+            gravity: hints.gravity.unwrap_or(Params::PAPER.gravity),
             load_title: "vertical force (N)".to_owned(),
             samples,
         },
@@ -140,7 +140,7 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputE
         recording: Recording {
             name: table.recording_name().to_owned(),
             sample_rate,
-            gravity: hints.gravity.unwrap_or(Gravity::Included),
+            gravity: hints.gravity.unwrap_or(Params::PAPER_GO1.gravity),
             load_title: "foot force (raw)".to_owned(),
             samples,
         },
