@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use estimator_core::{Gravity, Params, WindowLength};
+use estimator_core::{Gravity, WindowLength};
 
 use crate::config::{
     Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
@@ -135,26 +135,20 @@ impl ReplayArguments {
                 SummaryStyle::Text
             },
         };
+        let origins = Origins {
+            file: config_name.as_deref(),
+            overrides: &overrides,
+            window: self.window,
+            recording: &self.input.display().to_string(),
+            sample_rate: match (self.sample_rate, overrides.sample_rate_hz) {
+                (Some(_), _) => RateOrigin::Option,
+                (None, Some(_)) => RateOrigin::Configuration,
+                (None, None) => RateOrigin::Recording,
+            },
+        };
         let done = replay_into(&outputs, &loaded.recording, loaded.start_us, &params);
         done.map_err(|error| match error {
-            Error::Params(error) => {
-                let params = Params {
-                    sample_rate: loaded.recording.sample_rate,
-                    ..params
-                };
-                let origins = Origins {
-                    file: config_name.as_deref(),
-                    overrides: &overrides,
-                    window: self.window,
-                    recording: &self.input.display().to_string(),
-                    sample_rate: match (self.sample_rate, overrides.sample_rate_hz) {
-                        (Some(_), _) => RateOrigin::Option,
-                        (None, Some(_)) => RateOrigin::Configuration,
-                        (None, None) => RateOrigin::Recording,
-                    },
-                };
-                origins.explain(&error, &params).into()
-            }
+            Error::Params(error) => origins.explain(&error, &params).into(),
             other => other,
         })
     }

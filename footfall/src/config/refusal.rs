@@ -63,7 +63,7 @@ impl Origins<'_> {
                 max,
             } => {
                 let name = Name::of(field);
-                let [value, low, high] = [*value, *min, *max].map(|v| name.unit.written(v));
+                let [is, low, high] = [*value, *min, *max].map(|v| name.unit.written(v));
                 let subject = match *field {
                     "window" => self.window_name(),
                     "sample_rate" => self.sample_rate_name(),
@@ -71,10 +71,10 @@ impl Origins<'_> {
                 };
                 let unit = name.unit;
                 let hint = match *field {
-                    "sample_rate" => self.unit_of_times(params.sample_rate, *min, *max),
+                    "sample_rate" => self.unit_of_times(*value, *min, *max),
                     _ => "",
                 };
-                format!("{subject} is {value}{unit}, allowed is {low} to {high}{unit}{hint}")
+                format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}{hint}")
             }
         })
     }

@@ -300,7 +300,7 @@ fn shades(
 }
 
 /// Those of `stretches` in which `wanted` holds.
-fn times_of<T: PartialEq>(stretches: &[(Range<f64>, T)], wanted: T) -> Vec<Range<f64>> {
+fn times_of<T: Copy + PartialEq>(stretches: &[(Range<f64>, T)], wanted: T) -> Vec<Range<f64>> {
     let holding = stretches.iter().filter(|(_, value)| *value == wanted);
     holding.map(|(times, _)| times.clone()).collect()
 }
