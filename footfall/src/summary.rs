@@ -53,8 +53,8 @@ impl Summary {
 }
 
 /// Why there is more slip than slipping, for whoever expects a state that knows the future.
-const SLIP_NOTE: &str = "         (slip is load without stable contact: a landing counts until the \
-     foot has been still for about window + on-delay)";
+const SLIP_NOTE: &str =
+    "         (a landing counts as slip until still for up to window + on-delay)";
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -178,10 +178,16 @@ mod tests {
             summary([None; 4]).to_string(),
             "walk: 4 samples, 0.300 s at 10 Hz\n\
              state    stance 50.0 %, slip 25.0 %, swing 25.0 %\n\
-             \x20        (slip is load without stable contact: a landing counts until the foot has \
-             been still for about window + on-delay)\n\
+             \x20        (a landing counts as slip until still for up to window + on-delay)\n\
              flags    saturated 1"
         );
+    }
+
+    #[test]
+    fn without_slip_there_is_nothing_to_explain_about_it() {
+        let mut summary = summary([None; 4]);
+        summary.state_shares.insert(Phase::Slip.name(), 0.0);
+        assert!(!summary.to_string().contains("slip"));
     }
 
     #[test]
