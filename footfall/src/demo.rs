@@ -8,7 +8,8 @@ use estimator_core::Params;
 use crate::error::Error;
 use crate::gait::{self, Plan, SensorParams};
 use crate::output::OutputError;
-use crate::report::{SummaryStyle, Wanted, report};
+use crate::report::{Outputs, SummaryStyle, replay_into};
+use crate::targets;
 
 /// Where the results go where nothing else is said.
 pub const DIRECTORY: &str = "footfall-demo";
@@ -22,16 +23,17 @@ pub const SEED: u64 = 1;
 /// # Errors
 /// The files cannot be written, or stdout cannot.
 pub fn run(directory: &Path, seed: u64) -> Result<(), Error> {
+    targets::check_can_be_directory(directory)?;
     let recording = gait::record(&Plan::demo(seed), &SensorParams::LSM6DSOX, seed);
     fs::create_dir_all(directory).map_err(|source| OutputError::Unwritable {
         file: directory.display().to_string(),
         source,
     })?;
-    let wanted = Wanted {
+    let outputs = Outputs {
         samples: Some(directory.join("samples.csv")),
         estimates: None,
         plot: Some(directory.join("plot.svg")),
         summary: SummaryStyle::Text,
     };
-    report(&recording, &Params::DEFAULT, &wanted)
+    replay_into(&outputs, &recording, 0, &Params::DEFAULT)
 }

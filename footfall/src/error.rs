@@ -5,7 +5,7 @@ use std::io;
 use estimator_core::ParamsError;
 use thiserror::Error;
 
-use crate::config::ConfigError;
+use crate::config::{ConfigError, Refusal};
 use crate::input::InputError;
 use crate::output::OutputError;
 
@@ -18,9 +18,12 @@ pub enum Error {
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// The parameters that preset, configuration file and options add up to are not valid.
+    /// The parameters are not valid, in the estimator's words.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),
+    /// The parameters are not valid, in the words of whoever set them.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// A result could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),

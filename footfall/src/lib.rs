@@ -8,6 +8,7 @@
 //! | which parameters that makes | [`config`] |
 //! | a file becomes a [`Recording`](recording::Recording) | [`input`] |
 //! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
+//! | results have somewhere to go | [`targets`] |
 //! | the estimator runs over it | [`replay`] |
 //! | how good that was | [`metrics`] |
 //! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
@@ -19,6 +20,7 @@ pub mod error;
 pub mod gait;
 pub mod input;
 pub mod metrics;
+mod number;
 pub mod output;
 pub mod plot;
 mod progress;
@@ -26,5 +28,6 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod summary;
+pub mod targets;
 
 pub use error::Error;

@@ -1,4 +1,4 @@
-//! What a command hands over in the end: table, picture, summary.
+//! What a command hands over in the end: tables, picture, summary.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -22,9 +22,9 @@ pub enum SummaryStyle {
     Json,
 }
 
-/// What is wanted.
+/// What a replay is to leave behind.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Wanted {
+pub struct Outputs {
     /// Where the table of samples with their estimates goes.
     pub samples: Option<PathBuf>,
     /// Where the table of estimates goes.
@@ -35,36 +35,42 @@ pub struct Wanted {
     pub summary: SummaryStyle,
 }
 
-/// Runs the estimator over a recording, writes the files wanted and prints the summary.
+/// Runs the estimator over a recording, writes the files asked for and prints the summary.
+/// `start_us` is what the recording's clock says at timestamp 0, µs.
 ///
 /// # Errors
 /// The parameters are not valid, a file cannot be written, or stdout cannot.
-pub fn report(recording: &Recording, params: &Params, wanted: &Wanted) -> Result<(), Error> {
+pub fn replay_into(
+    outputs: &Outputs,
+    recording: &Recording,
+    start_us: i64,
+    params: &Params,
+) -> Result<(), Error> {
     let estimates = replay(recording, params)?;
-    if let Some(path) = &wanted.samples {
+    if let Some(path) = &outputs.samples {
         write_file(path, |to| write_samples(&recording.samples, &estimates, to))?;
     }
-    if let Some(path) = &wanted.estimates {
-        write_file(path, |to| write_estimates(&estimates, to))?;
+    if let Some(path) = &outputs.estimates {
+        write_file(path, |to| write_estimates(&estimates, start_us, to))?;
     }
-    if let Some(path) = &wanted.plot {
+    if let Some(path) = &outputs.plot {
         write_file(path, |to| {
-            to.write_all(plot::svg(recording, &estimates)?.as_bytes())
+            to.write_all(plot::svg_at(start_us, recording, &estimates)?.as_bytes())
         })?;
     }
-    print(&Summary::of(recording, &estimates), wanted).map_err(Error::Print)
+    print(&Summary::of(recording, &estimates), outputs).map_err(Error::Print)
 }
 
-fn print(summary: &Summary, wanted: &Wanted) -> io::Result<()> {
+fn print(summary: &Summary, outputs: &Outputs) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
-    match wanted.summary {
+    match outputs.summary {
         SummaryStyle::Json => {
             serde_json::to_writer_pretty(&mut stdout, summary)?;
             writeln!(stdout)?;
         }
         SummaryStyle::Text => {
             writeln!(stdout, "{summary}")?;
-            let files = [&wanted.samples, &wanted.estimates, &wanted.plot];
+            let files = [&outputs.samples, &outputs.estimates, &outputs.plot];
             for path in files.into_iter().flatten() {
                 writeln!(stdout, "written  {}", path.display())?;
             }
