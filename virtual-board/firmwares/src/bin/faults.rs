@@ -1,0 +1,186 @@
+//! Does one thing wrong, and notes what the processor makes of it.
+
+#![no_std]
+#![no_main]
+
+use board_proofs::{Misdeed, mailbox};
+use core::arch::global_asm;
+use core::panic::PanicInfo;
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+use cortex_m_semihosting::debug;
+
+global_asm!(
+    ".syntax unified",
+    ".thumb",
+    ".global undefined_here, load_here, store_here, float_here, unaligned_here",
+    ".thumb_func",
+    ".global do_undefined",
+    "do_undefined: nop",
+    "undefined_here: udf #1",
+    "bx lr",
+    ".thumb_func",
+    ".global do_load",
+    "do_load: movs r1, #1",
+    "adds r1, r1, #1",
+    "load_here: ldr r2, [r0]",
+    "adds r1, r1, #1",
+    "bx lr",
+    ".thumb_func",
+    ".global do_store",
+    "do_store: movs r1, #1",
+    "store_here: str r1, [r0]",
+    "bx lr",
+    ".thumb_func",
+    ".global do_float",
+    "do_float: movs r1, #1",
+    "adds r1, r1, #1",
+    "float_here: vadd.f32 s0, s0, s1",
+    "bx lr",
+    ".thumb_func",
+    ".global do_unaligned",
+    "do_unaligned: nop",
+    "unaligned_here: ldr r2, [r0, #1]",
+    "bx lr",
+);
+
+unsafe extern "C" {
+    fn do_undefined();
+    fn do_load(address: u32);
+    fn do_store(address: u32);
+    fn do_float();
+    fn do_unaligned(address: u32);
+}
+
+fn put(address: u32, value: u32) {
+    // SAFETY: the mailbox is CCM RAM that nothing else uses.
+    unsafe { (address as *mut u32).write_volatile(value) };
+}
+
+fn get(address: u32) -> u32 {
+    // SAFETY: a word of CCM RAM, or a register of RCC whose reading has no effect.
+    unsafe { (address as *const u32).read_volatile() }
+}
+
+const RCC_CSR: u32 = 0x4002_3874;
+const IWDG: u32 = 0x4000_3000;
+
+#[entry]
+fn main() -> ! {
+    put(mailbox::STARTS, get(mailbox::STARTS).wrapping_add(1));
+    let misdeed = get(mailbox::MISDEED);
+    if misdeed == Misdeed::Watchdog as u32 || misdeed == Misdeed::Reset as u32 {
+        put(mailbox::RESET_FLAGS, get(RCC_CSR));
+        // RMVF: the flags of this start are not those of the next.
+        put(RCC_CSR, 1 << 24);
+        if get(mailbox::STARTS) > 1 {
+            end();
+        }
+    }
+    // SAFETY: the only user of the core's peripherals.
+    let mut core = unsafe { cortex_m::Peripherals::steal() };
+    match Misdeed::ALL.into_iter().find(|&one| one as u32 == misdeed) {
+        // SAFETY: each of these is meant to fault.
+        Some(Misdeed::Undefined | Misdeed::LockUp) => unsafe { do_undefined() },
+        // SAFETY: as above.
+        Some(Misdeed::Load) => unsafe { do_load(0x6000_0000) },
+        // SAFETY: as above.
+        Some(Misdeed::Store) => unsafe { do_store(0x6000_0000) },
+        Some(Misdeed::Float) => {
+            core.SCB.enable(cortex_m::peripheral::scb::Exception::UsageFault);
+            // SAFETY: switches the floating-point unit off, whose use then faults.
+            unsafe {
+                core.SCB.cpacr.write(0);
+                cortex_m::asm::isb();
+                do_float();
+            }
+        }
+        Some(Misdeed::Watchdog) => {
+            put(IWDG, 0x5555);
+            put(IWDG + 4, 0);
+            put(IWDG + 8, 99);
+            put(IWDG, 0xCCCC);
+        }
+        Some(Misdeed::Reset) => SCB::sys_reset(),
+        Some(Misdeed::Overflow) => {
+            core::hint::black_box(deeper(core::hint::black_box(1)));
+        }
+        Some(Misdeed::State) => {
+            // SAFETY: meant to fault: an address without the Thumb bit.
+            unsafe { core::arch::asm!("bx {}", in(reg) 0x0800_0400_u32) };
+        }
+        Some(Misdeed::Unaligned) => {
+            // SAFETY: meant to fault, once the trap is on.
+            unsafe {
+                core.SCB.ccr.modify(|ccr| ccr | 1 << 3);
+                do_unaligned(mailbox::MISDEED);
+            }
+        }
+        None => {}
+    }
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+#[inline(never)]
+fn deeper(depth: u32) -> u32 {
+    let mut room = [depth; 200];
+    core::hint::black_box(&mut room);
+    deeper(depth + 1) + room[depth as usize % 200]
+}
+
+fn end() -> ! {
+    debug::exit(debug::EXIT_SUCCESS);
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+fn note(handler: u32, pc: u32) {
+    // SAFETY: reading status registers.
+    let (cfsr, hfsr) = unsafe { ((*SCB::PTR).cfsr.read(), (*SCB::PTR).hfsr.read()) };
+    put(mailbox::PC, pc);
+    put(mailbox::CFSR, cfsr);
+    put(mailbox::HFSR, hfsr);
+    put(mailbox::HANDLER, handler);
+}
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    note(3, frame.pc());
+    if get(mailbox::MISDEED) == Misdeed::LockUp as u32 {
+        // SAFETY: meant to fault, in the handler of faults.
+        unsafe { do_undefined() };
+    }
+    end()
+}
+
+#[exception]
+fn UsageFault() -> ! {
+    let frame: *const ExceptionFrame;
+    // SAFETY: the frame lies above what this function has pushed; its own pushes are skipped by
+    // looking for the program counter that must be there.
+    unsafe { core::arch::asm!("mov {}, sp", out(reg) frame) };
+    let words = frame.cast::<u32>();
+    let target = do_float as *const () as u32 & !1;
+    let mut pc = 0;
+    for index in 0..64 {
+        // SAFETY: the stack goes on for longer than this.
+        let word = unsafe { words.add(index).read_volatile() };
+        if word.wrapping_sub(target) < 16 {
+            pc = word;
+            break;
+        }
+    }
+    note(6, pc);
+    end()
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    debug::exit(debug::EXIT_FAILURE);
+    loop {
+        cortex_m::asm::nop();
+    }
+}

@@ -1,0 +1,112 @@
+//! What the proofs compute, for target and host alike.
+
+#![cfg_attr(target_os = "none", no_std)]
+#![forbid(unsafe_code)]
+
+/// A point that wanders on a path without end; every step depends on every bit of the last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    x: f32,
+    y: f32,
+    z: f32,
+    steps: u32,
+}
+
+impl Orbit {
+    /// The start of the path number `seed`.
+    #[must_use]
+    pub const fn new(seed: u32) -> Self {
+        Self {
+            x: 0.1 + seed as f32 * 0.01,
+            y: 0.2,
+            z: 0.3,
+            steps: 0,
+        }
+    }
+
+    /// `count` steps: sums, products, a division and a comparison each (Hénon's map, folded).
+    pub fn advance(&mut self, count: u32) {
+        for _ in 0..count {
+            let x = 1.0 - 1.4 * self.x * self.x + self.y;
+            let y = 0.3 * self.x + 0.01 * self.z;
+            let z = (self.z + x) / (1.5 + y * y);
+            self.x = if x.abs() > 1.5 { x * 0.25 } else { x };
+            self.y = y;
+            self.z = z;
+            self.steps = self.steps.wrapping_add(1);
+        }
+    }
+
+    /// How many steps it has gone.
+    #[must_use]
+    pub const fn steps(&self) -> u32 {
+        self.steps
+    }
+
+    /// All bits of where it is.
+    #[must_use]
+    pub const fn bits(&self) -> [u32; 3] {
+        [self.x.to_bits(), self.y.to_bits(), self.z.to_bits()]
+    }
+}
+
+/// The addresses by which the fault program and its tests talk: in CCM RAM, which no start-up
+/// code and no stack touches.
+pub mod mailbox {
+    /// What to do wrong, a [`Misdeed`](super::Misdeed).
+    pub const MISDEED: u32 = 0x1000_0000;
+    /// How often the program has started.
+    pub const STARTS: u32 = 0x1000_0004;
+    /// The program counter that the fault handler found in its frame.
+    pub const PC: u32 = 0x1000_0008;
+    /// The fault status register then.
+    pub const CFSR: u32 = 0x1000_000C;
+    /// The hard fault status register then.
+    pub const HFSR: u32 = 0x1000_0010;
+    /// Which handler it was.
+    pub const HANDLER: u32 = 0x1000_0014;
+    /// The reset flags of the last start.
+    pub const RESET_FLAGS: u32 = 0x1000_0018;
+}
+
+/// What the fault program can do wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Misdeed {
+    /// Executes what is no instruction, at the symbol `undefined_here`.
+    Undefined = 1,
+    /// Loads from where nothing is, at `load_here`.
+    Load = 2,
+    /// Stores to where nothing is, at `store_here`.
+    Store = 3,
+    /// Uses the floating-point unit while it is off, at `float_here`, usage faults enabled.
+    Float = 4,
+    /// Faults in the fault handler.
+    LockUp = 5,
+    /// Starts the watchdog and forgets it.
+    Watchdog = 6,
+    /// Asks for a reset.
+    Reset = 7,
+    /// Calls itself until the stack leaves RAM.
+    Overflow = 8,
+    /// Jumps to an address without the Thumb bit.
+    State = 9,
+    /// Loads through an unaligned address with the trap on, at `unaligned_here`.
+    Unaligned = 10,
+}
+
+impl Misdeed {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::Undefined,
+        Self::Load,
+        Self::Store,
+        Self::Float,
+        Self::LockUp,
+        Self::Watchdog,
+        Self::Reset,
+        Self::Overflow,
+        Self::State,
+        Self::Unaligned,
+    ];
+}

@@ -1,0 +1,309 @@
+//! Which exceptions are pending, enabled and active, and which is next (ARMv7-M, B1.5 and B3.4).
+
+/// Exceptions of the core itself.
+pub mod exception {
+    /// Non-maskable interrupt.
+    pub const NMI: u16 = 2;
+    /// Hard fault.
+    pub const HARD_FAULT: u16 = 3;
+    /// Memory management fault.
+    pub const MEM_MANAGE: u16 = 4;
+    /// Bus fault.
+    pub const BUS_FAULT: u16 = 5;
+    /// Usage fault.
+    pub const USAGE_FAULT: u16 = 6;
+    /// Supervisor call.
+    pub const SV_CALL: u16 = 11;
+    /// Pended call.
+    pub const PEND_SV: u16 = 14;
+    /// The system timer.
+    pub const SYS_TICK: u16 = 15;
+    /// The first interrupt.
+    pub const INTERRUPT: u16 = 16;
+}
+
+/// Interrupts of an STM32F405.
+pub const INTERRUPTS: usize = 82;
+const EXCEPTIONS: usize = 16 + INTERRUPTS;
+
+/// Priorities have four bits.
+const PRIORITY_BITS: u8 = 0xF0;
+
+/// The priority of code that no exception interrupted.
+pub const THREAD: i16 = 256;
+
+/// The interrupt controller and the core's own exceptions.
+#[derive(Clone, Debug)]
+pub struct Nvic {
+    pending: [bool; EXCEPTIONS],
+    enabled: [bool; EXCEPTIONS],
+    priority: [u8; EXCEPTIONS],
+    lines: [bool; INTERRUPTS],
+    /// Exceptions begun and not returned from, the latest last.
+    active: Vec<u16>,
+    /// `PRIGROUP` of AIRCR.
+    group: u8,
+    next: Option<(u16, i16)>,
+}
+
+impl Default for Nvic {
+    fn default() -> Self {
+        let mut enabled = [false; EXCEPTIONS];
+        // What has no enable bit of its own.
+        for number in [
+            exception::NMI,
+            exception::HARD_FAULT,
+            exception::SV_CALL,
+            exception::PEND_SV,
+            exception::SYS_TICK,
+        ] {
+            enabled[usize::from(number)] = true;
+        }
+        Self {
+            pending: [false; EXCEPTIONS],
+            enabled,
+            priority: [0; EXCEPTIONS],
+            lines: [false; INTERRUPTS],
+            active: Vec::new(),
+            group: 0,
+            next: None,
+        }
+    }
+}
+
+impl Nvic {
+    /// The exception to take next, and its group priority, whatever is masked.
+    #[must_use]
+    pub const fn next(&self) -> Option<(u16, i16)> {
+        self.next
+    }
+
+    fn update(&mut self) {
+        self.next = (2..EXCEPTIONS)
+            .filter(|&number| self.pending[number] && self.enabled[number])
+            .map(|number| number as u16)
+            .min_by_key(|&number| (self.full_priority(number), number))
+            .map(|number| (number, self.priority_of(number)));
+    }
+
+    const fn full_priority(&self, number: u16) -> i16 {
+        match number {
+            exception::NMI => -2,
+            exception::HARD_FAULT => -1,
+            _ => self.priority[number as usize] as i16,
+        }
+    }
+
+    /// A value of a priority register without its sub-priority.
+    #[must_use]
+    pub const fn group_of(&self, priority: u8) -> u8 {
+        priority & (0xFE_u16 << self.group) as u8
+    }
+
+    /// The group priority of an exception.
+    #[must_use]
+    pub fn priority_of(&self, number: u16) -> i16 {
+        let full = self.full_priority(number);
+        u8::try_from(full).map_or(full, |full| i16::from(self.group_of(full)))
+    }
+
+    /// The priority of the code that runs, masks left aside.
+    #[must_use]
+    pub fn active_priority(&self) -> i16 {
+        self.active
+            .iter()
+            .map(|&number| self.priority_of(number))
+            .min()
+            .unwrap_or(THREAD)
+    }
+
+    /// The exceptions begun and not returned from.
+    #[must_use]
+    pub fn active(&self) -> &[u16] {
+        &self.active
+    }
+
+    /// Begins an exception.
+    pub fn begin(&mut self, number: u16) {
+        self.pending[usize::from(number)] = false;
+        self.active.push(number);
+        self.update();
+    }
+
+    /// Returns from an exception: whether it was active.
+    pub fn end(&mut self, number: u16) -> bool {
+        let Some(place) = self.active.iter().rposition(|&active| active == number) else {
+            return false;
+        };
+        self.active.remove(place);
+        if let Some(line) = number.checked_sub(exception::INTERRUPT)
+            && self.lines[usize::from(line)]
+        {
+            // A line still high asks again.
+            self.pend(number);
+        }
+        true
+    }
+
+    /// Makes an exception pending.
+    pub fn pend(&mut self, number: u16) {
+        if let Some(pending) = self.pending.get_mut(usize::from(number))
+            && !*pending
+        {
+            *pending = true;
+            self.update();
+        }
+    }
+
+    /// Takes a pending exception back; an interrupt whose line is high stays.
+    pub fn unpend(&mut self, number: u16) {
+        let line = number.checked_sub(exception::INTERRUPT);
+        let high = line.is_some_and(|line| self.lines[usize::from(line)]);
+        self.pending[usize::from(number)] = high;
+        self.update();
+    }
+
+    /// Whether an exception is pending.
+    #[must_use]
+    pub const fn is_pending(&self, number: u16) -> bool {
+        self.pending[number as usize]
+    }
+
+    /// Allows one of the configurable faults, or not.
+    pub fn enable(&mut self, number: u16, enabled: bool) {
+        self.enabled[usize::from(number)] = enabled;
+        self.update();
+    }
+
+    /// Whether an exception may be taken.
+    #[must_use]
+    pub const fn is_enabled(&self, number: u16) -> bool {
+        self.enabled[number as usize]
+    }
+
+    /// The level of a peripheral's interrupt line.
+    pub fn set_line(&mut self, interrupt: u16, high: bool) {
+        let line = &mut self.lines[usize::from(interrupt)];
+        if *line == high {
+            return;
+        }
+        *line = high;
+        let number = exception::INTERRUPT + interrupt;
+        if high && !self.active.contains(&number) {
+            self.pend(number);
+        }
+    }
+
+    /// Sets `PRIGROUP`.
+    pub fn set_group(&mut self, group: u8) {
+        self.group = group & 7;
+        self.update();
+    }
+
+    /// The priority register of an exception.
+    #[must_use]
+    pub const fn priority_register(&self, number: usize) -> u8 {
+        if number < EXCEPTIONS {
+            self.priority[number]
+        } else {
+            0
+        }
+    }
+
+    /// Sets the priority register of an exception.
+    pub fn set_priority_register(&mut self, number: usize, priority: u8) {
+        if let Some(slot) = self.priority.get_mut(number) {
+            *slot = priority & PRIORITY_BITS;
+            self.update();
+        }
+    }
+
+    /// Reads a word of the register block at 0xE000_E100.
+    #[must_use]
+    pub fn read(&self, offset: u32) -> u32 {
+        let bits = |of: &dyn Fn(usize) -> bool| {
+            let first = 16 + (offset & 0x7F) as usize * 8;
+            (0..32)
+                .filter(|bit| first + bit < EXCEPTIONS && of(first + bit))
+                .fold(0, |word, bit| word | 1 << bit)
+        };
+        match offset {
+            0x000..0x100 => bits(&|number| self.enabled[number]),
+            0x100..0x200 => bits(&|number| self.pending[number]),
+            0x200..0x280 => bits(&|number| self.active.contains(&(number as u16))),
+            0x300..0x3F0 => {
+                let first = 16 + (offset - 0x300) as usize;
+                u32::from_le_bytes(core::array::from_fn(|i| self.priority_register(first + i)))
+            }
+            _ => 0,
+        }
+    }
+
+    /// Writes a word there; `mask` covers the bytes written.
+    pub fn write(&mut self, offset: u32, value: u32, mask: u32) {
+        let first = 16 + (offset & 0x7F) as usize * 8;
+        let numbers = (0..32)
+            .filter(|bit| value & mask & 1 << bit != 0)
+            .map(|bit| first + bit)
+            .filter(|&number| number < EXCEPTIONS);
+        match offset {
+            0x000..0x080 => numbers.for_each(|number| self.enabled[number] = true),
+            0x080..0x100 => numbers.for_each(|number| self.enabled[number] = false),
+            0x100..0x180 => {
+                for number in numbers {
+                    self.pending[number] = true;
+                }
+            }
+            0x180..0x200 => {
+                for number in numbers {
+                    self.unpend(number as u16);
+                }
+            }
+            0x300..0x3F0 => {
+                for (i, (byte, mask)) in
+                    value.to_le_bytes().into_iter().zip(mask.to_le_bytes()).enumerate()
+                {
+                    if mask != 0 {
+                        self.set_priority_register(16 + (offset - 0x300) as usize + i, byte);
+                    }
+                }
+            }
+            // STIR.
+            0xE00 => self.pend(exception::INTERRUPT + (value & 0xFF) as u16),
+            _ => {}
+        }
+        self.update();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lowest_number_goes_first_among_equals_and_the_lowest_priority_value_before_all() {
+        let mut nvic = Nvic::default();
+        nvic.write(0x000, 0b111_0000, !0);
+        nvic.set_priority_register(16 + 6, 0x10);
+        nvic.set_priority_register(16 + 4, 0x20);
+        nvic.set_priority_register(16 + 5, 0x20);
+        nvic.write(0x100, 0b011_0000, !0);
+        assert_eq!(nvic.next(), Some((16 + 4, 0x20)));
+        nvic.pend(16 + 6);
+        assert_eq!(nvic.next(), Some((16 + 6, 0x10)));
+    }
+
+    #[test]
+    fn a_line_still_high_asks_again_after_its_handler() {
+        let mut nvic = Nvic::default();
+        nvic.write(0x000, 1 << 7, !0);
+        nvic.set_line(7, true);
+        nvic.begin(16 + 7);
+        assert_eq!(nvic.next(), None);
+        nvic.end(16 + 7);
+        assert_eq!(nvic.next(), Some((16 + 7, 0)));
+        nvic.set_line(7, false);
+        nvic.unpend(16 + 7);
+        assert_eq!(nvic.next(), None);
+    }
+}

@@ -1,0 +1,213 @@
+//! The system control block: fault status, handlers and their enables (ARMv7-M, B3.2).
+
+use super::nvic::{Nvic, exception};
+
+/// Bits of the fault status register `CFSR`.
+pub mod cfsr {
+    /// A fetch from a place without code.
+    pub const IACCVIOL: u32 = 1 << 0;
+    /// A fetch that the bus refused.
+    pub const IBUSERR: u32 = 1 << 8;
+    /// A load that the bus refused, at a known instruction.
+    pub const PRECISERR: u32 = 1 << 9;
+    /// A store that the bus refused later.
+    pub const IMPRECISERR: u32 = 1 << 10;
+    /// No room for the frame of an exception.
+    pub const STKERR: u32 = 1 << 12;
+    /// No frame to return to.
+    pub const UNSTKERR: u32 = 1 << 11;
+    /// `BFAR` holds the address.
+    pub const BFARVALID: u32 = 1 << 15;
+    /// Not an instruction.
+    pub const UNDEFINSTR: u32 = 1 << 16;
+    /// Not in Thumb state.
+    pub const INVSTATE: u32 = 1 << 17;
+    /// A return that no exception matches.
+    pub const INVPC: u32 = 1 << 18;
+    /// The floating-point unit is off.
+    pub const NOCP: u32 = 1 << 19;
+    /// An unaligned access where none may be.
+    pub const UNALIGNED: u32 = 1 << 24;
+}
+
+/// `HFSR`: a fault that became a hard fault.
+pub const FORCED: u32 = 1 << 30;
+/// `HFSR`: the vector could not be read.
+pub const VECTTBL: u32 = 1 << 1;
+
+/// The registers.
+#[derive(Clone, Debug)]
+pub struct Scb {
+    /// Vector table; 0 stands for the start of flash.
+    pub vtor: u32,
+    /// Configuration and control.
+    pub ccr: u32,
+    /// System control: sleep.
+    pub scr: u32,
+    /// Fault status.
+    pub cfsr: u32,
+    /// Hard fault status.
+    pub hfsr: u32,
+    /// Where a bus fault was.
+    pub bfar: u32,
+    /// Coprocessor access.
+    pub cpacr: u32,
+    /// Floating-point context control.
+    pub fpccr: u32,
+    fpdscr: u32,
+    shcsr: u32,
+    group: u8,
+    demcr: u32,
+}
+
+impl Default for Scb {
+    fn default() -> Self {
+        Self {
+            vtor: 0,
+            ccr: 0x200,
+            scr: 0,
+            cfsr: 0,
+            hfsr: 0,
+            bfar: 0,
+            cpacr: 0,
+            fpccr: 0xC000_0000,
+            fpdscr: 0,
+            shcsr: 0,
+            group: 0,
+            demcr: 0,
+        }
+    }
+}
+
+impl Scb {
+    /// Whether the floating-point unit may be used.
+    #[must_use]
+    pub const fn float_is_on(&self) -> bool {
+        self.cpacr & (0b11 << 20) != 0
+    }
+
+    /// Whether the trace block, and with it the cycle counter, is on.
+    #[must_use]
+    pub const fn trace_is_on(&self) -> bool {
+        self.demcr & 1 << 24 != 0
+    }
+
+    /// Reads a word at an offset from 0xE000_E000; `None` where nothing is modelled.
+    #[must_use]
+    pub fn read(&self, offset: u32, nvic: &Nvic, exception_number: u16) -> Option<u32> {
+        Some(match offset {
+            // ACTLR.
+            0x008 => 0,
+            0xD00 => 0x410F_C241,
+            0xD04 => {
+                let pending = nvic.next().map_or(0, |(number, _)| u32::from(number));
+                let bit = |number, bit: u32| u32::from(nvic.is_pending(number)) << bit;
+                u32::from(exception_number)
+                    | u32::from(nvic.active().len() < 2) << 11
+                    | pending << 12
+                    | u32::from(pending >= 16) << 22
+                    | bit(exception::SYS_TICK, 26)
+                    | bit(exception::PEND_SV, 28)
+            }
+            0xD08 => self.vtor,
+            0xD0C => 0xFA05_0000 | u32::from(self.group) << 8,
+            0xD10 => self.scr,
+            0xD14 => self.ccr,
+            0xD18..=0xD20 => {
+                let first = 4 + (offset - 0xD18) as usize;
+                u32::from_le_bytes(core::array::from_fn(|i| nvic.priority_register(first + i)))
+            }
+            0xD24 => {
+                let active = |number| u32::from(nvic.active().contains(&number));
+                self.shcsr
+                    | active(exception::MEM_MANAGE)
+                    | active(exception::BUS_FAULT) << 1
+                    | active(exception::USAGE_FAULT) << 3
+                    | active(exception::SV_CALL) << 7
+                    | active(exception::PEND_SV) << 10
+                    | active(exception::SYS_TICK) << 11
+            }
+            0xD28 => self.cfsr,
+            0xD2C => self.hfsr,
+            0xD30 | 0xD3C => 0,
+            0xD34 | 0xD38 => self.bfar,
+            // Identification: a Cortex-M4 with its FPU.
+            0xD40 => 0x30,
+            0xD44 => 0x200,
+            0xD48..=0xD7C => 0,
+            0xD88 => self.cpacr,
+            // MPU_TYPE: eight regions that this board does not protect with.
+            0xD90 => 0,
+            0xDF0 => 0,
+            0xDFC => self.demcr,
+            0xF34 => self.fpccr,
+            0xF38 => 0,
+            0xF3C => self.fpdscr,
+            0xF40 => 0x1011_0021,
+            0xF44 => 0x1100_0011,
+            _ => return None,
+        })
+    }
+
+    /// Writes a word: `None` where nothing is modelled, `Some(true)` where it asks for a reset.
+    pub fn write(&mut self, offset: u32, value: u32, mask: u32, nvic: &mut Nvic) -> Option<bool> {
+        let merged = |old: u32| old & !mask | value & mask;
+        match offset {
+            0x008 => {}
+            0xD04 => {
+                let bit = |bit: u32| value & mask & 1 << bit != 0;
+                if bit(31) {
+                    nvic.pend(exception::NMI);
+                }
+                if bit(28) {
+                    nvic.pend(exception::PEND_SV);
+                }
+                if bit(27) {
+                    nvic.unpend(exception::PEND_SV);
+                }
+                if bit(26) {
+                    nvic.pend(exception::SYS_TICK);
+                }
+                if bit(25) {
+                    nvic.unpend(exception::SYS_TICK);
+                }
+            }
+            0xD08 => self.vtor = merged(self.vtor) & 0xFFFF_FF80,
+            0xD0C if value >> 16 == 0x05FA => {
+                self.group = (value >> 8 & 7) as u8;
+                nvic.set_group(self.group);
+                return Some(value & 1 << 2 != 0);
+            }
+            0xD0C => {}
+            0xD10 => self.scr = merged(self.scr),
+            0xD14 => self.ccr = merged(self.ccr),
+            0xD18..=0xD20 => {
+                for (i, (byte, mask)) in
+                    value.to_le_bytes().into_iter().zip(mask.to_le_bytes()).enumerate()
+                {
+                    if mask != 0 {
+                        nvic.set_priority_register(4 + (offset - 0xD18) as usize + i, byte);
+                    }
+                }
+            }
+            0xD24 => {
+                self.shcsr = merged(self.shcsr) & (0b111 << 16);
+                for (bit, number) in [
+                    (16, exception::MEM_MANAGE),
+                    (17, exception::BUS_FAULT),
+                    (18, exception::USAGE_FAULT),
+                ] {
+                    nvic.enable(number, self.shcsr & 1 << bit != 0);
+                }
+            }
+            0xD28 => self.cfsr &= !(value & mask),
+            0xD2C => self.hfsr &= !(value & mask),
+            0xD88 => self.cpacr = merged(self.cpacr) & 0x00F0_0000,
+            0xDFC => self.demcr = merged(self.demcr),
+            0xF34 => self.fpccr = merged(self.fpccr),
+            0xF3C => self.fpdscr = merged(self.fpdscr),
+            _ => return None,
+        }
+        Some(false)
+    }
+}

@@ -1,0 +1,37 @@
+//! Why a run cannot go on: the firmware did what the part would not do as asked, or what is not
+//! modelled.
+
+use core::fmt;
+
+/// What happened where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// The instruction.
+    pub pc: u32,
+    /// The address accessed, where there is one.
+    pub address: Option<u32>,
+    /// What is wrong with it.
+    pub what: String,
+}
+
+impl Failure {
+    pub(crate) fn new(pc: u32, address: impl Into<Option<u32>>, what: impl Into<String>) -> Self {
+        Self {
+            pc,
+            address: address.into(),
+            what: what.into(),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "at {:#010x}", self.pc)?;
+        if let Some(address) = self.address {
+            write!(f, ", address {address:#010x}")?;
+        }
+        write!(f, ": {}", self.what)
+    }
+}
+
+impl core::error::Error for Failure {}

@@ -1,0 +1,9 @@
+//! Boots the very ELF that is flashed, on modelled peripherals, timing estimated.
+
+pub mod block;
+pub mod chip;
+pub mod core;
+pub mod elf;
+pub mod failure;
+pub mod machine;
+pub mod time;
