@@ -1,5 +1,7 @@
 //! Boots the very ELF that is flashed, on modelled peripherals, timing estimated.
 
+#![forbid(unsafe_code)]
+
 pub mod block;
 pub mod chip;
 pub mod core;

@@ -91,13 +91,11 @@ pub enum Misdeed {
     Overflow = 8,
     /// Jumps to an address without the Thumb bit.
     State = 9,
-    /// Loads through an unaligned address with the trap on, at `unaligned_here`.
-    Unaligned = 10,
 }
 
 impl Misdeed {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::Undefined,
         Self::Load,
         Self::Store,
@@ -107,6 +105,5 @@ impl Misdeed {
         Self::Reset,
         Self::Overflow,
         Self::State,
-        Self::Unaligned,
     ];
 }

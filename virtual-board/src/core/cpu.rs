@@ -1,7 +1,6 @@
 //! The run loop: blocks of instructions, exceptions in and out, sleep, reset.
 
-use std::cell::{RefCell, RefMut};
-use std::ffi::c_void;
+use std::cell::{Cell, RefCell, RefMut};
 use std::rc::Rc;
 
 use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn};
@@ -16,7 +15,7 @@ type Engine = Unicorn<'static, ()>;
 
 
 /// Where peripherals live: start and length.
-const WINDOWS: [(u32, usize); 4] = [
+const WINDOWS: [(u64, u64); 4] = [
     (0x4000_0000, 0x0008_0000),
     (0x4200_0000, 0x0100_0000),
     (0x5000_0000, 0x0006_1000),
@@ -145,38 +144,6 @@ pub struct Cpu {
     returned: bool,
 }
 
-/// The memory behind a window of peripherals: loads take from it what a hook put there.
-struct Window {
-    start: u32,
-    size: usize,
-    place: *mut u8,
-}
-
-impl Window {
-    fn new(start: u32, size: usize) -> Self {
-        let place = Box::into_raw(vec![0_u8; size].into_boxed_slice()).cast();
-        Self { start, size, place }
-    }
-
-    fn put(&self, address: u32, bytes: [u8; 4], size: usize) {
-        let offset = (address - self.start) as usize;
-        assert!(size <= 4 && offset + size <= self.size);
-        // SAFETY: the allocation is `self.size` long and freed with `self` only; the range was
-        // checked; no reference to it exists, and the engine reads it on this thread only,
-        // after the hook that calls this.
-        unsafe {
-            core::ptr::copy_nonoverlapping(bytes.as_ptr(), self.place.add(offset), size);
-        }
-    }
-}
-
-impl Drop for Window {
-    fn drop(&mut self) {
-        // SAFETY: made by `Box::into_raw` of a slice of this length, and given back once.
-        drop(unsafe { Box::from_raw(core::ptr::slice_from_raw_parts_mut(self.place, self.size)) });
-    }
-}
-
 impl Cpu {
     /// A core with memory and `machine` around it, its memory loaded with `segments`.
     pub fn new(machine: Machine, segments: &[(u32, Vec<u8>)]) -> Result<Self, String> {
@@ -213,23 +180,6 @@ impl Cpu {
                 .mem_write(u64::from(address), &word.to_le_bytes())
                 .map_err(text)?;
         }
-        let mut windows = Vec::new();
-        for (start, size) in WINDOWS {
-            let window = Window::new(start, size);
-            // SAFETY: the allocation is `size` long and outlives the engine: it goes to a hook, and
-            // hooks are dropped after the engine is closed.
-            unsafe {
-                engine
-                    .mem_map_ptr(
-                        u64::from(start),
-                        size as u64,
-                        Prot::NONE,
-                        window.place.cast::<c_void>(),
-                    )
-                    .map_err(text)?;
-            }
-            windows.push(window);
-        }
         for (address, bytes) in segments {
             if !is_memory(*address, bytes.len()) {
                 return Err(format!("there is no memory at {address:#010x}"));
@@ -243,7 +193,8 @@ impl Cpu {
             event: false,
             returned: false,
         };
-        cpu.add_hooks(windows).map_err(text)?;
+        cpu.map_peripherals().map_err(text)?;
+        cpu.add_hooks().map_err(text)?;
         cpu.reset();
         Ok(cpu)
     }
@@ -285,7 +236,48 @@ impl Cpu {
         let _ = self.engine.reg_write(register, u64::from(value));
     }
 
-    fn add_hooks(&mut self, windows: Vec<Window>) -> Result<(), unicorn_engine::uc_error> {
+    /// Peripherals are windows without rights. The engine then calls the hook for protection,
+    /// which knows the exact PC, and after it the window, which does not.
+    fn map_peripherals(&mut self) -> Result<(), unicorn_engine::uc_error> {
+        let loaded = Rc::new(Cell::new(0));
+        for (start, size) in WINDOWS {
+            let value = Rc::clone(&loaded);
+            self.engine.mmio_map(
+                start,
+                size,
+                Some(move |_: &mut Unicorn<'_, ()>, _: u64, _: usize| value.get()),
+                Some(|_: &mut Unicorn<'_, ()>, _: u64, _: usize, _: u64| ()),
+            )?;
+            self.engine.mem_protect(start, size, Prot::NONE)?;
+        }
+        let machine = Rc::clone(&self.machine);
+        self.engine.add_mem_hook(
+            HookType::MEM_READ_PROT | HookType::MEM_WRITE_PROT,
+            1,
+            0,
+            move |engine, kind, address, size, value| {
+                let address = address as u32;
+                let mut machine = machine.borrow_mut();
+                let pc = engine.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+                let go_on = if kind == MemType::READ_PROT {
+                    let read = machine.load(engine, pc, address, size);
+                    loaded.set(u64::from(read.unwrap_or(0)));
+                    read.is_some()
+                } else {
+                    machine.store(engine, pc, address, size, value as u32)
+                };
+                if machine.stop.is_some() {
+                    let _ = engine.emu_stop();
+                }
+                // Reading the PC in a hook spoils the state of IT blocks (Unicorn issue 2309).
+                let _ = engine.reg_write(RegisterARM::EPSR, 0x0100_0000);
+                go_on
+            },
+        )?;
+        Ok(())
+    }
+
+    fn add_hooks(&mut self) -> Result<(), unicorn_engine::uc_error> {
         let machine = Rc::clone(&self.machine);
         self.engine
             .add_block_hook(1, 0, move |engine, address, size| {
@@ -303,38 +295,6 @@ impl Cpu {
                     let _ = engine.emu_stop();
                 }
             })?;
-
-        let machine = Rc::clone(&self.machine);
-        // The windows' memory has to live as long as the engine: the hook keeps it, and hooks are
-        // dropped with the engine, after it is closed.
-        self.engine.add_mem_hook(
-            HookType::MEM_READ_PROT | HookType::MEM_WRITE_PROT,
-            1,
-            0,
-            move |engine, kind, address, size, value| {
-                let address = address as u32;
-                let mut machine = machine.borrow_mut();
-                let pc = engine.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
-                let go_on = if kind == MemType::READ_PROT {
-                    let read = machine.load(engine, pc, address, size);
-                    let window = windows.iter().find(|window| {
-                        address >= window.start && address - window.start < window.size as u32
-                    });
-                    if let (Some(value), Some(window)) = (read, window) {
-                        window.put(address, value.to_le_bytes(), size);
-                    }
-                    read.is_some()
-                } else {
-                    machine.store(engine, pc, address, size, value as u32)
-                };
-                if machine.stop.is_some() {
-                    let _ = engine.emu_stop();
-                }
-                // Reading the PC in a hook spoils the state of IT blocks (Unicorn issue 2309).
-                let _ = engine.reg_write(RegisterARM::EPSR, 0x0100_0000);
-                go_on
-            },
-        )?;
 
         let machine = Rc::clone(&self.machine);
         self.engine.add_mem_hook(

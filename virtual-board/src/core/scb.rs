@@ -180,6 +180,8 @@ impl Scb {
             }
             0xD0C => {}
             0xD10 => self.scr = merged(self.scr),
+            // The engine traps neither divisions by zero nor unaligned accesses.
+            0xD14 if merged(self.ccr) & 0x18 != 0 => return None,
             0xD14 => self.ccr = merged(self.ccr),
             0xD18..=0xD20 => {
                 for (i, (byte, mask)) in

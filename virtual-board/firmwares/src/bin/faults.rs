@@ -13,7 +13,7 @@ use cortex_m_semihosting::debug;
 global_asm!(
     ".syntax unified",
     ".thumb",
-    ".global undefined_here, load_here, store_here, float_here, unaligned_here",
+    ".global undefined_here, load_here, store_here, float_here",
     ".thumb_func",
     ".global do_undefined",
     "do_undefined: nop",
@@ -37,11 +37,6 @@ global_asm!(
     "adds r1, r1, #1",
     "float_here: vadd.f32 s0, s0, s1",
     "bx lr",
-    ".thumb_func",
-    ".global do_unaligned",
-    "do_unaligned: nop",
-    "unaligned_here: ldr r2, [r0, #1]",
-    "bx lr",
 );
 
 unsafe extern "C" {
@@ -49,7 +44,6 @@ unsafe extern "C" {
     fn do_load(address: u32);
     fn do_store(address: u32);
     fn do_float();
-    fn do_unaligned(address: u32);
 }
 
 fn put(address: u32, value: u32) {
@@ -109,13 +103,6 @@ fn main() -> ! {
             // SAFETY: meant to fault: an address without the Thumb bit.
             unsafe { core::arch::asm!("bx {}", in(reg) 0x0800_0400_u32) };
         }
-        Some(Misdeed::Unaligned) => {
-            // SAFETY: meant to fault, once the trap is on.
-            unsafe {
-                core.SCB.ccr.modify(|ccr| ccr | 1 << 3);
-                do_unaligned(mailbox::MISDEED);
-            }
-        }
         None => {}
     }
     loop {
@@ -127,6 +114,9 @@ fn main() -> ! {
 fn deeper(depth: u32) -> u32 {
     let mut room = [depth; 200];
     core::hint::black_box(&mut room);
+    if depth == 0 {
+        return 0;
+    }
     deeper(depth + 1) + room[depth as usize % 200]
 }
 

@@ -10,7 +10,7 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{NVIC, SCB, scb};
-use cortex_m::register::{basepri, control, psp};
+use cortex_m::register::basepri;
 use cortex_m_rt::{entry, exception};
 use cortex_m_semihosting::{debug, hprintln};
 
@@ -138,12 +138,11 @@ fn main() -> ! {
         core.NVIC.ipr[30].write(0xC0);
         core.NVIC.iser[0].write(0b111 << 28);
         // Threads run on the process stack; this one keeps the stack that it has.
-        psp::write(cortex_m::register::msp::read() - 64);
         let main_stack = cortex_m::register::msp::read() - 4096;
         switch_stacks(main_stack);
     }
     core.SYST.set_clock_source(SystClkSource::Core);
-    core.SYST.set_reload(911);
+    core.SYST.set_reload(2_999);
     core.SYST.clear_current();
     core.SYST.enable_interrupt();
     core.SYST.enable_counter();
@@ -159,11 +158,10 @@ fn main() -> ! {
 /// Goes on with the process stack, and gives handlers the main stack from `main_stack` down.
 ///
 /// # Safety
-/// Once, at thread level, with the process stack pointer 64 bytes below the main one.
+/// Once, at thread level, with room below `main_stack`, which lies well below the stack so far.
 #[inline(always)]
 unsafe fn switch_stacks(main_stack: u32) {
-    // SAFETY: the frame of the caller is reached by its stack pointer, which stays the same but
-    // for those 64 bytes that are added here; below it there is room for both.
+    // SAFETY: the stack pointer's value stays the same; only its register becomes another.
     unsafe {
         core::arch::asm!(
             "mov {saved}, sp",
@@ -177,7 +175,6 @@ unsafe fn switch_stacks(main_stack: u32) {
             main = in(reg) main_stack,
         );
     }
-    let _ = control::read();
 }
 
 fn report() {

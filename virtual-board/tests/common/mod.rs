@@ -1,0 +1,46 @@
+//! Builds programs for the target and boots them.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Mutex;
+
+use virtual_board::chip::Chip;
+use virtual_board::core::cpu::Cpu;
+use virtual_board::elf::Image;
+use virtual_board::machine::Machine;
+
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// The root of the workspace.
+pub fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Builds a release ELF for the target and returns its path.
+pub fn build(package: &str, program: &str) -> PathBuf {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _guard = ONE_AT_A_TIME.lock();
+    // A directory of its own: the host's build holds the lock of the other.
+    let directory = workspace().join("target").join("board");
+    let status = Command::new(env!("CARGO"))
+        .current_dir(workspace())
+        .args(["build", "--release", "--locked", "-p", package, "--bin", program])
+        .args(["--target", TARGET, "--target-dir"])
+        .arg(&directory)
+        .env_remove("RUSTFLAGS")
+        .status()
+        .expect("cargo starts");
+    assert!(status.success(), "{program} does not build");
+    directory.join(TARGET).join("release").join(program)
+}
+
+/// The ELF and its parts.
+pub fn image(package: &str, program: &str) -> Image {
+    let elf = std::fs::read(build(package, program)).expect("the ELF was built");
+    Image::parse(&elf).expect("it is an ELF")
+}
+
+/// A core with a program in flash.
+pub fn boot(image: &Image) -> Cpu {
+    Cpu::new(Machine::new(Chip::default()), &image.segments).expect("it fits the flash")
+}

@@ -1,0 +1,193 @@
+//! The board's core proves itself: exceptions, masks, floats and faults as the architecture says.
+
+mod common;
+
+use board_proofs::{Misdeed, Orbit, mailbox};
+use common::{boot, build, image};
+use estimator_core::Params;
+use firmware::self_check;
+use std::process::Command;
+use virtual_board::core::cpu::{Cpu, State};
+use virtual_board::elf::Image;
+use virtual_board::time;
+
+const MILLISECOND: u64 = time::PER_SECOND / 1000;
+
+fn printed(cpu: &mut Cpu) -> String {
+    String::from_utf8_lossy(&cpu.machine().semihosting.output).into_owned()
+}
+
+#[test]
+fn the_self_check_prints_the_hosts_digests() {
+    let mut expected = String::new();
+    for (preset, params) in [("default", Params::DEFAULT), ("paper", Params::PAPER)] {
+        self_check::run(&params, |samples, digest| {
+            expected += &format!("{preset} {samples} {digest:016x}\n");
+        })
+        .expect("a preset is valid");
+    }
+    let mut cpu = boot(&image("firmware", "self-check"));
+    cpu.run_until(60 * time::PER_SECOND).expect("it runs");
+    assert_eq!(printed(&mut cpu), expected);
+    assert_eq!(cpu.machine().semihosting.exit, Some(true));
+}
+
+#[test]
+fn nested_handlers_and_switched_threads_keep_every_bit_of_their_floats() {
+    let image = image("board-proofs", "stress");
+    let mut cpu = boot(&image);
+    cpu.run_until(10 * time::PER_SECOND).expect("it runs");
+    let text = printed(&mut cpu);
+    assert_eq!(cpu.machine().semihosting.exit, Some(true), "{text}");
+    let mut total = 0;
+    for context in 0..6 {
+        let line = text
+            .lines()
+            .find(|line| line.starts_with(&format!("context {context} ")))
+            .unwrap_or_else(|| panic!("no line for context {context}: {text}"));
+        let words: Vec<&str> = line.split(' ').collect();
+        let (runs, steps): (u32, u32) = (
+            words[3].parse().expect("a number"),
+            words[5].parse().expect("a number"),
+        );
+        assert!(steps > 1000, "context {context} hardly ran: {line}");
+        total += runs;
+        let mut orbit = Orbit::new(context);
+        orbit.advance(steps);
+        let bits = format!("{:08x?}", orbit.bits());
+        assert!(line.ends_with(&bits), "{line}, the host has {bits}");
+    }
+    let last = text.lines().last().expect("a summary");
+    assert!(last.contains(&format!("shared {total} of {total} ")), "{last}");
+    assert!(last.ends_with("offences 0"), "{last}");
+    let nested: u32 = last.split(' ').nth(5).expect("a number").parse().expect("a number");
+    assert!(nested > 1000, "hardly anything nested: {last}");
+}
+
+#[test]
+fn two_runs_count_the_same_instructions_cycles_and_exceptions() {
+    let image = image("board-proofs", "stress");
+    let run = || {
+        let mut cpu = boot(&image);
+        cpu.run_until(10 * time::PER_SECOND).expect("it runs");
+        let machine = cpu.machine();
+        (machine.counters(), machine.exceptions.clone(), machine.semihosting.output.clone())
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn a_stop_at_any_time_changes_nothing() {
+    let image = image("board-proofs", "stress");
+    let mut whole = boot(&image);
+    whole.run_until(10 * time::PER_SECOND).expect("it runs");
+    let mut pieces = boot(&image);
+    let mut until = 0;
+    while pieces.machine().semihosting.exit.is_none() {
+        until += MILLISECOND / 7;
+        pieces.run_until(until).expect("it runs");
+    }
+    assert_eq!(whole.machine().counters(), pieces.machine().counters());
+    assert_eq!(whole.machine().exceptions, pieces.machine().exceptions);
+}
+
+fn misbehave(image: &Image, misdeed: Misdeed) -> Cpu {
+    let mut cpu = boot(image);
+    for address in [mailbox::STARTS, mailbox::PC, mailbox::CFSR, mailbox::HFSR, mailbox::HANDLER] {
+        cpu.memory().write(address, &[0; 4]);
+    }
+    cpu.memory().write(mailbox::MISDEED, &(misdeed as u32).to_le_bytes());
+    cpu.run_until(3 * time::PER_SECOND).expect("nothing that is not modelled");
+    cpu
+}
+
+fn noted(cpu: &mut Cpu, address: u32) -> u32 {
+    cpu.memory().word(address).expect("CCM RAM")
+}
+
+#[test]
+fn a_fault_tells_its_exact_instruction_and_status() {
+    let image = image("board-proofs", "faults");
+    for (misdeed, place, handler, cfsr) in [
+        (Misdeed::Undefined, "undefined_here", 3, 1 << 16),
+        (Misdeed::Load, "load_here", 3, 1 << 15 | 1 << 9),
+        (Misdeed::Float, "float_here", 6, 1 << 19),
+    ] {
+        let mut cpu = misbehave(&image, misdeed);
+        let here = image.symbol(place).expect("a global symbol") & !1;
+        assert_eq!(noted(&mut cpu, mailbox::HANDLER), handler, "{misdeed:?}");
+        assert_eq!(noted(&mut cpu, mailbox::PC), here, "{misdeed:?}");
+        assert_eq!(noted(&mut cpu, mailbox::CFSR), cfsr, "{misdeed:?}");
+        let forced = if handler == 3 { 1 << 30 } else { 0 };
+        assert_eq!(noted(&mut cpu, mailbox::HFSR), forced, "{misdeed:?}");
+    }
+}
+
+#[test]
+fn a_store_to_nowhere_is_told_late_and_without_an_address() {
+    let image = image("board-proofs", "faults");
+    let mut cpu = misbehave(&image, Misdeed::Store);
+    assert_eq!(noted(&mut cpu, mailbox::CFSR), 1 << 10);
+    assert_eq!(noted(&mut cpu, mailbox::HFSR), 1 << 30);
+    assert_ne!(noted(&mut cpu, mailbox::PC), 0);
+}
+
+#[test]
+fn an_address_without_the_thumb_bit_is_an_invalid_state() {
+    let image = image("board-proofs", "faults");
+    let mut cpu = misbehave(&image, Misdeed::State);
+    assert_eq!(noted(&mut cpu, mailbox::CFSR), 1 << 17);
+    assert_eq!(noted(&mut cpu, mailbox::PC), 0x0800_0400);
+}
+
+#[test]
+fn a_fault_in_the_fault_handler_locks_the_core_up() {
+    let image = image("board-proofs", "faults");
+    let cpu = misbehave(&image, Misdeed::LockUp);
+    let here = image.symbol("undefined_here").expect("a global symbol") & !1;
+    assert_eq!(cpu.state(), State::LockedUp { pc: here });
+}
+
+#[test]
+fn a_stack_that_leaves_ram_ends_in_a_fault() {
+    let image = image("board-proofs", "faults");
+    let cpu = misbehave(&image, Misdeed::Overflow);
+    assert!(!cpu.machine().faults.is_empty());
+    assert!(matches!(cpu.state(), State::LockedUp { .. }), "{:?}", cpu.state());
+}
+
+/// Instructions as stock QEMU counts them: it writes a line for every block that it executes,
+/// and one instruction a block was asked for.
+#[test]
+fn a_kernel_has_as_many_instructions_as_stock_qemu_executes() {
+    let path = build("board-proofs", "kernel");
+    let log = path.with_extension("qemu-log");
+    let output = Command::new("qemu-system-arm")
+        .args(["-machine", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "none"])
+        .args(["-semihosting-config", "enable=on,target=native", "-singlestep"])
+        .args(["-d", "exec,nochain", "-D"])
+        .arg(&log)
+        .arg("-kernel")
+        .arg(&path)
+        .output();
+    let Ok(output) = output else {
+        assert!(
+            std::env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_none(),
+            "qemu-system-arm is not installed"
+        );
+        return;
+    };
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let executed = std::io::BufRead::lines(std::io::BufReader::new(
+        std::fs::File::open(&log).expect("QEMU wrote a log"),
+    ))
+    .map_while(Result::ok)
+    .filter(|line| line.starts_with("Trace "))
+    .count() as u64;
+    std::fs::remove_file(&log).expect("the log can go");
+
+    let mut cpu = boot(&image("board-proofs", "kernel"));
+    cpu.run_until(60 * time::PER_SECOND).expect("it runs");
+    assert_eq!(printed(&mut cpu), String::from_utf8_lossy(&output.stdout));
+    assert_eq!(cpu.machine().instructions, executed);
+}
