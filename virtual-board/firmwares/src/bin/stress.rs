@@ -17,8 +17,8 @@ use cortex_m_semihosting::{debug, hprintln};
 /// System ticks until the end.
 const TICKS: u32 = 3_000;
 
-/// Steps of an orbit in one run of a handler.
-const STEPS: u32 = 9;
+/// Steps of an orbit in each half of a handler.
+const STEPS: u32 = 5;
 
 /// What one context owns, told apart by its index: three interrupts, SysTick, two threads.
 struct Orbits([UnsafeCell<Orbit>; 6]);
@@ -45,7 +45,8 @@ static DEPTH: AtomicU32 = AtomicU32::new(0);
 /// Handlers that ran although BASEPRI masked them, and orbits whose bits were lost.
 static OFFENCES: AtomicU32 = AtomicU32::new(0);
 
-fn run(context: usize) {
+/// What a handler does; in the middle of it the interrupts in `pend` come.
+fn run(context: usize, pend: u32) {
     if DEPTH.fetch_add(1, Ordering::Relaxed) > 0 {
         NESTED.fetch_add(1, Ordering::Relaxed);
     }
@@ -53,6 +54,9 @@ fn run(context: usize) {
     let orbit = unsafe { &mut *ORBITS.0[context].get() };
     // In registers while others interrupt.
     let mut own = *orbit;
+    own.advance(STEPS);
+    // SAFETY: setting pending bits touches nothing else.
+    unsafe { (*NVIC::PTR).ispr[0].write(pend) };
     own.advance(STEPS);
     *orbit = own;
     let runs = &RUNS[context];
@@ -223,24 +227,15 @@ fn SysTick() {
             SCB::set_pendsv();
         }
     }
-    run(3);
+    run(3, 0);
 }
 
 #[exception]
 unsafe fn DefaultHandler(irqn: i16) {
     match irqn {
-        28 => run(0),
-        29 => {
-            // In the middle of its work, somebody above it comes.
-            // SAFETY: as in SysTick.
-            unsafe { (*NVIC::PTR).ispr[0].write(1 << 28) };
-            run(1);
-        }
-        30 => {
-            // SAFETY: as in SysTick.
-            unsafe { (*NVIC::PTR).ispr[0].write(1 << 29) };
-            run(2);
-        }
+        28 => run(0, 0),
+        29 => run(1, 1 << 28),
+        30 => run(2, 1 << 29),
         _ => {
             OFFENCES.fetch_add(1, Ordering::Relaxed);
         }
