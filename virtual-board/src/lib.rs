@@ -8,4 +8,5 @@ pub mod core;
 pub mod elf;
 pub mod failure;
 pub mod machine;
+pub mod part;
 pub mod time;

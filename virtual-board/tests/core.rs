@@ -9,6 +9,7 @@ use firmware::self_check;
 use std::process::Command;
 use virtual_board::core::cpu::{Cpu, State};
 use virtual_board::elf::Image;
+use virtual_board::part::rcc::ResetCause;
 use virtual_board::time;
 
 const MILLISECOND: u64 = time::PER_SECOND / 1000;
@@ -190,4 +191,28 @@ fn a_kernel_has_as_many_instructions_as_stock_qemu_executes() {
     cpu.run_until(60 * time::PER_SECOND).expect("it runs");
     assert_eq!(printed(&mut cpu), String::from_utf8_lossy(&output.stdout));
     assert_eq!(cpu.machine().instructions, executed);
+}
+
+#[test]
+fn a_watchdog_forgotten_resets_the_chip_and_says_so() {
+    let image = image("board-proofs", "faults");
+    let mut cpu = misbehave(&image, Misdeed::Watchdog);
+    assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);
+    // PINRSTF and IWDGRSTF, and nothing of the power-on that was cleared.
+    assert_eq!(noted(&mut cpu, mailbox::RESET_FLAGS) >> 24, 0x24);
+    let machine = cpu.machine();
+    let [(time, ResetCause::Watchdog)] = machine.chip.resets[..] else {
+        panic!("{:?}", machine.chip.resets);
+    };
+    // 100 steps of 4 cycles of 32 kHz after its start.
+    let micros = time::to_us(time);
+    assert!((12_500.0..12_700.0).contains(&micros), "{micros} µs");
+}
+
+#[test]
+fn a_reset_asked_for_says_so() {
+    let image = image("board-proofs", "faults");
+    let mut cpu = misbehave(&image, Misdeed::Reset);
+    assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);
+    assert_eq!(noted(&mut cpu, mailbox::RESET_FLAGS) >> 24, 0x14);
 }

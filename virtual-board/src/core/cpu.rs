@@ -396,6 +396,11 @@ impl Cpu {
                     return Ok(());
                 }
                 if core::mem::take(&mut machine.reset_requested) {
+                    if machine.chip.take_power_lost() {
+                        // What RAM holds after the supply was gone.
+                        self.engine.write(0x2000_0000, &[UNTOUCHED; 0x2_0000]);
+                        self.engine.write(0x1000_0000, &[UNTOUCHED; 0x1_0000]);
+                    }
                     machine.reset();
                     drop(machine);
                     self.reset();

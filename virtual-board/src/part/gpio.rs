@@ -1,0 +1,124 @@
+//! General-purpose pins.
+
+use super::unknown;
+
+/// One port.
+#[derive(Clone, Debug)]
+pub struct Gpio {
+    modes: u32,
+    types: u32,
+    speeds: u32,
+    pulls: u32,
+    output: u32,
+    functions: [u32; 2],
+    /// Pins that something outside drives, and how.
+    pub driven: u16,
+    /// The levels of those.
+    pub levels: u16,
+    reset: (u32, u32, u32),
+}
+
+impl Gpio {
+    /// Port number `index`, A first.
+    #[must_use]
+    pub const fn new(index: usize) -> Self {
+        let reset = match index {
+            0 => (0xA800_0000, 0, 0x6400_0000),
+            1 => (0x0000_0280, 0x0000_00C0, 0x0000_0100),
+            _ => (0, 0, 0),
+        };
+        Self {
+            modes: reset.0,
+            types: 0,
+            speeds: reset.1,
+            pulls: reset.2,
+            output: 0,
+            functions: [0; 2],
+            driven: 0,
+            levels: 0,
+            reset,
+        }
+    }
+
+    /// A reset; what is outside stays.
+    pub const fn reset(&mut self) {
+        self.modes = self.reset.0;
+        self.types = 0;
+        self.speeds = self.reset.1;
+        self.pulls = self.reset.2;
+        self.output = 0;
+        self.functions = [0; 2];
+    }
+
+    /// The mode of a pin: 0 input, 1 output, 2 alternate function, 3 analogue.
+    #[must_use]
+    pub const fn mode(&self, pin: u32) -> u32 {
+        self.modes >> (2 * pin) & 3
+    }
+
+    /// The alternate function of a pin.
+    #[must_use]
+    pub const fn function(&self, pin: u32) -> u32 {
+        self.functions[(pin / 8) as usize] >> (4 * (pin % 8)) & 0xF
+    }
+
+    /// The level of a pin.
+    #[must_use]
+    pub const fn level(&self, pin: u32) -> bool {
+        let bit = 1_u32 << pin;
+        if self.mode(pin) == 1 {
+            return self.output & bit != 0;
+        }
+        if self.driven as u32 & bit != 0 {
+            self.levels as u32 & bit != 0
+        } else {
+            self.pulls >> (2 * pin) & 3 == 1
+        }
+    }
+
+    /// Whether a pin is pulled up.
+    #[must_use]
+    pub const fn is_pulled_up(&self, pin: u32) -> bool {
+        self.pulls >> (2 * pin) & 3 == 1
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn read(&self, offset: u32) -> Result<u32, String> {
+        Ok(match offset {
+            0x00 => self.modes,
+            0x04 => self.types,
+            0x08 => self.speeds,
+            0x0C => self.pulls,
+            0x10 => (0..16)
+                .filter(|&pin| self.level(pin))
+                .fold(0, |word, pin| word | 1 << pin),
+            0x14 => self.output,
+            0x18 => 0,
+            0x20 => self.functions[0],
+            0x24 => self.functions[1],
+            _ => return unknown("GPIO", offset),
+        })
+    }
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn write(&mut self, offset: u32, value: u32) -> Result<(), String> {
+        match offset {
+            0x00 => self.modes = value,
+            0x04 => self.types = value & 0xFFFF,
+            0x08 => self.speeds = value,
+            0x0C => self.pulls = value,
+            0x14 => self.output = value & 0xFFFF,
+            0x18 => self.output = self.output & !(value >> 16) | value & 0xFFFF,
+            0x20 => self.functions[0] = value,
+            0x24 => self.functions[1] = value,
+            _ => return unknown("GPIO", offset),
+        }
+        Ok(())
+    }
+}

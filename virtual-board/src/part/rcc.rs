@@ -1,0 +1,298 @@
+//! Reset and clock control: oscillators, PLL, prescalers, enables, and why the last reset was.
+
+use super::unknown;
+use crate::time::{self, from_us};
+
+/// Why the chip was reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResetCause {
+    /// The supply came.
+    PowerOn,
+    /// The supply dipped.
+    BrownOut,
+    /// The program asked for it.
+    Software,
+    /// The watchdog.
+    Watchdog,
+    /// The reset pin.
+    Pin,
+}
+
+impl ResetCause {
+    /// Flags of `RCC_CSR`; every reset also pulls the pin.
+    const fn flags(self) -> u32 {
+        const PIN: u32 = 1 << 26;
+        match self {
+            Self::PowerOn => PIN | 1 << 27 | 1 << 25,
+            Self::BrownOut => PIN | 1 << 25,
+            Self::Software => PIN | 1 << 28,
+            Self::Watchdog => PIN | 1 << 29,
+            Self::Pin => PIN,
+        }
+    }
+}
+
+/// The clocks, hertz.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Clocks {
+    /// Core, memory, DMA.
+    pub hclk: u32,
+    /// Peripherals of APB1.
+    pub pclk1: u32,
+    /// Peripherals of APB2.
+    pub pclk2: u32,
+    /// Timers of APB1.
+    pub timers1: u32,
+    /// Timers of APB2.
+    pub timers2: u32,
+}
+
+const HSI: u32 = 16_000_000;
+
+/// From its enable until an oscillator is ready: typical values of the data sheet.
+const HSE_START: u64 = from_us(2_000);
+const PLL_LOCK: u64 = from_us(200);
+const LSI_START: u64 = from_us(15);
+
+/// The registers.
+#[derive(Clone, Debug)]
+pub struct Rcc {
+    registers: [u32; 35],
+    clocks: Clocks,
+    /// The crystal, hertz; `None` where it does not start.
+    pub crystal: Option<u32>,
+    hse_ready_at: u64,
+    pll_ready_at: u64,
+    lsi_ready_at: u64,
+    flags: u32,
+}
+
+const CR: usize = 0;
+const PLLCFGR: usize = 1;
+const CFGR: usize = 2;
+const BDCR: usize = 0x70 / 4;
+const CSR: usize = 0x74 / 4;
+
+impl Rcc {
+    /// After the supply came, with a crystal or without.
+    #[must_use]
+    pub fn new(crystal: Option<u32>) -> Self {
+        let mut rcc = Self {
+            registers: [0; 35],
+            clocks: Clocks {
+                hclk: HSI,
+                pclk1: HSI,
+                pclk2: HSI,
+                timers1: HSI,
+                timers2: HSI,
+            },
+            crystal,
+            hse_ready_at: time::NEVER,
+            pll_ready_at: time::NEVER,
+            lsi_ready_at: time::NEVER,
+            flags: ResetCause::PowerOn.flags(),
+        };
+        rcc.set_reset_values();
+        rcc
+    }
+
+    fn set_reset_values(&mut self) {
+        self.registers = [0; 35];
+        self.registers[CR] = 0x81;
+        self.registers[PLLCFGR] = 0x2400_3010;
+        self.registers[0x30 / 4] = 0x0010_0000;
+        for (register, value) in [
+            (0x50, 0x7E67_91FF),
+            (0x54, 0xF1),
+            (0x58, 1),
+            (0x60, 0x36FE_C9FF),
+            (0x64, 0x0007_5F33),
+            (0x84, 0x2400_3000),
+        ] {
+            self.registers[register / 4] = value;
+        }
+    }
+
+    /// A reset.
+    pub fn reset(&mut self, cause: ResetCause) {
+        let backup = self.registers[BDCR];
+        self.set_reset_values();
+        self.registers[BDCR] = backup;
+        self.flags |= cause.flags();
+        self.hse_ready_at = time::NEVER;
+        self.pll_ready_at = time::NEVER;
+        self.lsi_ready_at = time::NEVER;
+        self.clocks = Clocks {
+            hclk: HSI,
+            pclk1: HSI,
+            pclk2: HSI,
+            timers1: HSI,
+            timers2: HSI,
+        };
+    }
+
+    /// The clocks now.
+    #[must_use]
+    pub const fn clocks(&self) -> Clocks {
+        self.clocks
+    }
+
+    /// Whether the clock of a peripheral is on: register offset and bit.
+    #[must_use]
+    pub const fn is_enabled(&self, register: u32, bit: u32) -> bool {
+        self.registers[register as usize / 4] & 1 << bit != 0
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn read(&self, offset: u32, now: u64) -> Result<u32, String> {
+        let index = offset as usize / 4;
+        let Some(&value) = self.registers.get(index) else {
+            return unknown("RCC", offset);
+        };
+        let ready = |at: u64, bit: u32| u32::from(now >= at) << bit;
+        Ok(match index {
+            CR => {
+                value & !(1 << 17 | 1 << 25 | 1 << 1)
+                    | (value & 1) << 1
+                    | ready(self.hse_ready_at, 17)
+                    | ready(self.pll_ready_at, 25)
+            }
+            CSR => value & 1 | ready(self.lsi_ready_at, 1) | self.flags,
+            _ => value,
+        })
+    }
+
+    /// Writes a register: the bits of a reset register that it sets, by register offset.
+    ///
+    /// # Errors
+    /// Where there is none, or the clock would leave its limits.
+    pub fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        now: u64,
+        wait_states: u32,
+    ) -> Result<(), String> {
+        let index = offset as usize / 4;
+        if index >= self.registers.len() {
+            return unknown("RCC", offset);
+        }
+        let old = self.registers[index];
+        self.registers[index] = value;
+        match index {
+            CR => {
+                let turned = |bit: u32| (value & !old & 1 << bit != 0, old & !value & 1 << bit != 0);
+                match turned(16) {
+                    (true, _) if self.crystal.is_some() => self.hse_ready_at = now + HSE_START,
+                    (_, true) => self.hse_ready_at = time::NEVER,
+                    _ => {}
+                }
+                match turned(24) {
+                    (true, _) => {
+                        self.check_pll(now)?;
+                        self.pll_ready_at = now + PLL_LOCK;
+                    }
+                    (_, true) => self.pll_ready_at = time::NEVER,
+                    _ => {}
+                }
+            }
+            PLLCFGR if old != value && self.registers[CR] & 1 << 24 != 0 => {
+                return Err("the PLL is set while it runs".into());
+            }
+            CFGR => {
+                self.registers[CFGR] = value & !0xC | (value & 3) << 2;
+                self.update_clocks(now, wait_states)?;
+            }
+            CSR => {
+                if value & 1 << 24 != 0 {
+                    self.flags = 0;
+                }
+                self.registers[CSR] = value & 1;
+                self.lsi_ready_at = if value & 1 == 0 {
+                    time::NEVER
+                } else if old & 1 == 0 {
+                    now + LSI_START
+                } else {
+                    self.lsi_ready_at
+                };
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn pll_input(&self, now: u64) -> Result<u32, String> {
+        let pll = self.registers[PLLCFGR];
+        let source = if pll & 1 << 22 == 0 {
+            HSI
+        } else if now >= self.hse_ready_at {
+            self.crystal.unwrap_or(HSI)
+        } else {
+            return Err("the PLL is started from a crystal that is not ready".into());
+        };
+        Ok(source / (pll & 0x3F).max(1))
+    }
+
+    fn check_pll(&self, now: u64) -> Result<(), String> {
+        let input = self.pll_input(now)?;
+        let multiplier = self.registers[PLLCFGR] >> 6 & 0x1FF;
+        let vco = u64::from(input) * u64::from(multiplier);
+        if !(950_000..=2_100_000).contains(&input) || !(100_000_000..=432_000_000).contains(&vco) {
+            return Err(format!("the PLL's input is {input} Hz and its oscillator {vco} Hz"));
+        }
+        Ok(())
+    }
+
+    fn update_clocks(&mut self, now: u64, wait_states: u32) -> Result<(), String> {
+        let configuration = self.registers[CFGR];
+        let system = match configuration & 3 {
+            0 => HSI,
+            1 if now >= self.hse_ready_at => self.crystal.unwrap_or(HSI),
+            2 if now >= self.pll_ready_at => {
+                let pll = self.registers[PLLCFGR];
+                self.pll_input(now)? * (pll >> 6 & 0x1FF) / (2 * (pll >> 16 & 3) + 2)
+            }
+            _ => return Err("the clock is switched to a source that is not ready".into()),
+        };
+        let ahb = match configuration >> 4 & 0xF {
+            shift @ 8..=11 => shift - 7,
+            // 32 is left out.
+            shift @ 12..=15 => shift - 6,
+            _ => 0,
+        };
+        let apb = |field: u32| if field & 4 == 0 { 0 } else { (field & 3) + 1 };
+        let (apb1, apb2) = (apb(configuration >> 10 & 7), apb(configuration >> 13 & 7));
+        let hclk = system >> ahb;
+        let timer = |shift: u32| if shift == 0 { hclk } else { (hclk >> shift) * 2 };
+        self.clocks = Clocks {
+            hclk,
+            pclk1: hclk >> apb1,
+            pclk2: hclk >> apb2,
+            timers1: timer(apb1),
+            timers2: timer(apb2),
+        };
+        let Clocks { pclk1, pclk2, .. } = self.clocks;
+        if hclk > 168_000_000 || pclk1 > 42_000_000 || pclk2 > 84_000_000 {
+            return Err(format!("clocks beyond their limits: {:?}", self.clocks));
+        }
+        self.check_wait_states(wait_states)
+    }
+
+    /// Whether flash is slow enough for the clock, at 2.7 V and above (table 10).
+    ///
+    /// # Errors
+    /// Where it has to answer too fast.
+    pub fn check_wait_states(&self, wait_states: u32) -> Result<(), String> {
+        let needed = self.clocks.hclk.div_ceil(30_000_000) - 1;
+        if wait_states < needed {
+            return Err(format!(
+                "{wait_states} wait states of flash at {} Hz; {needed} are needed",
+                self.clocks.hclk
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,310 @@
+//! A general-purpose timer: counting up, compare, capture.
+
+use super::unknown;
+use crate::time::NEVER;
+
+const CEN: u32 = 1;
+const UDIS: u32 = 1 << 1;
+const URS: u32 = 1 << 2;
+const OPM: u32 = 1 << 3;
+const UIF: u32 = 1;
+
+/// The registers.
+#[derive(Clone, Debug)]
+pub struct Timer {
+    name: &'static str,
+    mask: u32,
+    control: [u32; 2],
+    slave: u32,
+    interrupts: u32,
+    status: u32,
+    modes: [u32; 2],
+    enables: u32,
+    prescaler: u32,
+    /// The prescaler in force: the register takes effect at an update.
+    dividing: u32,
+    reload: u32,
+    compares: [u32; 4],
+    others: [u32; 5],
+    /// The counter was at `count` at time `since`.
+    count: u32,
+    since: u64,
+    period: u64,
+}
+
+impl Timer {
+    /// A timer of 16 or 32 bits, its clock's cycle `period` long.
+    #[must_use]
+    pub const fn new(name: &'static str, bits: u32, period: u64) -> Self {
+        let mask = if bits == 32 { u32::MAX } else { 0xFFFF };
+        Self {
+            name,
+            mask,
+            control: [0; 2],
+            slave: 0,
+            interrupts: 0,
+            status: 0,
+            modes: [0; 2],
+            enables: 0,
+            prescaler: 0,
+            dividing: 0,
+            reload: mask,
+            compares: [0; 4],
+            others: [0; 5],
+            count: 0,
+            since: 0,
+            period,
+        }
+    }
+
+    /// A reset.
+    pub const fn reset(&mut self, period: u64) {
+        let bits = if self.mask == u32::MAX { 32 } else { 16 };
+        *self = Self::new(self.name, bits, period);
+    }
+
+    /// Its clock changes.
+    pub fn set_period(&mut self, now: u64, period: u64) {
+        self.advance(now);
+        // The fraction of a step is lost.
+        self.since = now;
+        self.period = period;
+    }
+
+    const fn runs(&self) -> bool {
+        self.control[0] & CEN != 0
+    }
+
+    const fn step(&self) -> u64 {
+        self.period * (self.dividing as u64 + 1)
+    }
+
+    const fn round(&self) -> u64 {
+        self.reload as u64 + 1
+    }
+
+    const fn is_capture(&self, channel: usize) -> bool {
+        self.modes[channel / 2] >> (8 * (channel % 2)) & 3 != 0
+    }
+
+    /// Steps from the count until the counter is at `value` the next time.
+    fn steps_to(&self, value: u64) -> u64 {
+        let count = u64::from(self.count);
+        let round = self.round();
+        if value >= round {
+            u64::MAX
+        } else if count >= round {
+            // Beyond its reload value it counts on to the end of its width.
+            u64::from(self.mask) + 1 - count + value
+        } else {
+            (value + round - count - 1) % round + 1
+        }
+    }
+
+    /// When one of the flags with an interrupt is next set.
+    #[must_use]
+    pub fn next_event(&self) -> u64 {
+        if !self.runs() {
+            return NEVER;
+        }
+        let update = (self.interrupts & UIF != 0 || self.control[0] & OPM != 0)
+            .then(|| self.steps_to(0));
+        (0..4)
+            .filter(|&channel| self.interrupts & 2 << channel != 0 && !self.is_capture(channel))
+            .map(|channel| self.steps_to(u64::from(self.compares[channel])))
+            .chain(update)
+            .filter(|&steps| steps != u64::MAX)
+            .map(|steps| self.since + steps * self.step())
+            .min()
+            .unwrap_or(NEVER)
+    }
+
+    /// Lets time pass.
+    pub fn advance(&mut self, now: u64) {
+        if !self.runs() {
+            self.since = now;
+            return;
+        }
+        let mut steps = (now - self.since) / self.step();
+        while steps > 0 {
+            // Not over an update at once: it may change the prescaler, or stop the timer.
+            let to_update = self.steps_to(0).min(steps);
+            for channel in 0..4 {
+                let compare = u64::from(self.compares[channel]);
+                if !self.is_capture(channel) && self.steps_to(compare) <= to_update {
+                    self.status |= 2 << channel;
+                }
+            }
+            self.since += to_update * self.step();
+            if self.steps_to(0) == to_update {
+                self.count = 0;
+                self.update(false);
+                if !self.runs() {
+                    self.since = now;
+                    return;
+                }
+                steps = (now - self.since) / self.step();
+            } else {
+                self.count += to_update as u32;
+                steps -= to_update;
+            }
+        }
+    }
+
+    const fn update(&mut self, by_software: bool) {
+        if self.control[0] & UDIS != 0 {
+            return;
+        }
+        self.dividing = self.prescaler;
+        if !(by_software && self.control[0] & URS != 0) {
+            self.status |= UIF;
+        }
+        if !by_software && self.control[0] & OPM != 0 {
+            self.control[0] &= !CEN;
+        }
+    }
+
+    /// A pin of a channel rises or falls.
+    pub fn edge(&mut self, channel: usize, high: bool, now: u64) {
+        self.advance(now);
+        let enable = self.enables >> (4 * channel);
+        let falling = enable & 2 != 0;
+        let both = enable & 0xA == 0xA;
+        let direct = self.modes[channel / 2] >> (8 * (channel % 2)) & 3 == 1;
+        if !direct || enable & 1 == 0 || (high == falling && !both) || !self.runs() {
+            return;
+        }
+        self.compares[channel] = self.count;
+        let flag = 2 << channel;
+        if self.status & flag != 0 {
+            self.status |= 0x200 << channel;
+        }
+        self.status |= flag;
+    }
+
+    /// Whether it asks for its interrupt.
+    #[must_use]
+    pub const fn asks(&self) -> bool {
+        self.status & self.interrupts & 0x5F != 0
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
+        self.advance(now);
+        Ok(match offset {
+            0x00 | 0x04 => self.control[offset as usize / 4],
+            0x08 => self.slave,
+            0x0C => self.interrupts,
+            0x10 => self.status,
+            0x14 => 0,
+            0x18 | 0x1C => self.modes[(offset as usize - 0x18) / 4],
+            0x20 => self.enables,
+            0x24 => self.count,
+            0x28 => self.prescaler,
+            0x2C => self.reload,
+            0x34..=0x40 => {
+                let channel = (offset as usize - 0x34) / 4;
+                if self.is_capture(channel) {
+                    self.status &= !(2 << channel);
+                }
+                self.compares[channel]
+            }
+            0x30 | 0x44..=0x50 => self.others[(offset as usize / 4 + 1) % 5],
+            _ => return unknown(self.name, offset),
+        })
+    }
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// Where there is none, or what is asked for is not modelled.
+    pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
+        self.advance(now);
+        match offset {
+            0x00 => {
+                if value & 0x70 != 0 {
+                    return Err(format!("{} counts up only", self.name));
+                }
+                if value & CEN != 0 && !self.runs() {
+                    self.since = now;
+                }
+                self.control[0] = value & 0x3FF;
+            }
+            0x04 => self.control[1] = value,
+            0x08 if value & 7 != 0 => return Err(format!("{} has no slave mode", self.name)),
+            0x08 => self.slave = value,
+            0x0C if value & 0x7F00 != 0 => return Err(format!("{} does not ask for DMA", self.name)),
+            0x0C => self.interrupts = value,
+            // A one leaves a flag as it is.
+            0x10 => self.status &= value,
+            0x14 => {
+                self.status |= value & 0x1E;
+                if value & 1 != 0 {
+                    self.count = 0;
+                    self.since = now;
+                    self.update(true);
+                }
+            }
+            0x18 | 0x1C => self.modes[(offset as usize - 0x18) / 4] = value,
+            0x20 => self.enables = value,
+            0x24 => {
+                self.count = value & self.mask;
+                self.since = now;
+            }
+            0x28 => self.prescaler = value & 0xFFFF,
+            0x2C => self.reload = value & self.mask,
+            0x34..=0x40 => self.compares[(offset as usize - 0x34) / 4] = value & self.mask,
+            0x30 | 0x44..=0x50 => self.others[(offset as usize / 4 + 1) % 5] = value,
+            _ => return unknown(self.name, offset),
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn timer() -> Timer {
+        let mut timer = Timer::new("TIM", 16, 10);
+        timer.write(0x28, 9, 0).expect("a register");
+        timer.write(0x2C, 999, 0).expect("a register");
+        timer.write(0x14, 1, 0).expect("a register");
+        timer.write(0x10, 0, 0).expect("a register");
+        timer
+    }
+
+    #[test]
+    fn it_updates_every_reload_plus_one_steps_and_compares_on_the_way() {
+        let mut timer = timer();
+        timer.write(0x34, 250, 0).expect("a register");
+        timer.write(0x0C, 3, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        assert_eq!(timer.next_event(), 25_000);
+        timer.advance(25_000);
+        assert!(timer.asks());
+        timer.write(0x10, !2, 25_000).expect("a register");
+        assert!(!timer.asks());
+        assert_eq!(timer.next_event(), 100_000);
+        timer.advance(100_000);
+        assert_eq!(timer.read(0x10, 100_000).expect("a register") & 1, 1);
+        assert_eq!(timer.read(0x24, 100_390), Ok(3));
+    }
+
+    #[test]
+    fn an_edge_captures_the_count_and_a_second_one_says_so() {
+        let mut timer = timer();
+        timer.write(0x18, 1, 0).expect("a register");
+        timer.write(0x20, 1, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        timer.edge(0, true, 12_345);
+        timer.edge(0, false, 12_400);
+        assert_eq!(timer.read(0x10, 12_500).expect("a register") & 0x202, 2);
+        timer.edge(0, true, 13_000);
+        assert_eq!(timer.read(0x10, 13_000).expect("a register") & 0x202, 0x202);
+        assert_eq!(timer.read(0x34, 13_000), Ok(130));
+    }
+}

@@ -1,0 +1,241 @@
+//! A serial line, both ways, 8 bits without parity.
+
+use std::collections::VecDeque;
+
+use super::unknown;
+use crate::time::{NEVER, cycle};
+
+const FE: u32 = 1 << 1;
+const ORE: u32 = 1 << 3;
+const IDLE: u32 = 1 << 4;
+const RXNE: u32 = 1 << 5;
+const TC: u32 = 1 << 6;
+const TXE: u32 = 1 << 7;
+
+const UE: u32 = 1 << 13;
+const TE: u32 = 1 << 3;
+const RE: u32 = 1 << 2;
+
+/// A byte on the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TimedByte {
+    /// When its stop bit ended, in units of [`time`](crate::time).
+    pub time: u64,
+    /// The byte.
+    pub byte: u8,
+}
+
+/// The registers and the line.
+#[derive(Clone, Debug)]
+pub struct Usart {
+    status: u32,
+    data: u8,
+    divider: u32,
+    control: [u32; 3],
+    guard: u32,
+    waiting: Option<u8>,
+    shifting: Option<u8>,
+    done_at: u64,
+    status_read: bool,
+    idle_at: u64,
+    /// What was sent and not taken yet.
+    pub sent: Vec<TimedByte>,
+    /// What comes, and when each byte has come.
+    incoming: VecDeque<TimedByte>,
+}
+
+impl Default for Usart {
+    fn default() -> Self {
+        Self {
+            status: TC | TXE,
+            data: 0,
+            divider: 0,
+            control: [0; 3],
+            guard: 0,
+            waiting: None,
+            shifting: None,
+            done_at: NEVER,
+            status_read: false,
+            idle_at: NEVER,
+            sent: Vec::new(),
+            incoming: VecDeque::new(),
+        }
+    }
+}
+
+impl Usart {
+    /// A reset; what is on the line stays.
+    pub fn reset(&mut self) {
+        *self = Self {
+            sent: core::mem::take(&mut self.sent),
+            incoming: core::mem::take(&mut self.incoming),
+            ..Self::default()
+        };
+    }
+
+    /// The rate, baud; 0 where none is set.
+    #[must_use]
+    pub const fn rate(&self, pclk: u32) -> u32 {
+        let divider = if self.control[0] & 1 << 15 == 0 {
+            self.divider
+        } else {
+            (self.divider & 0xFFF0) >> 1 | self.divider & 7
+        };
+        if divider == 0 { 0 } else { pclk / divider }
+    }
+
+    const fn frame(&self, pclk: u32) -> u64 {
+        let stop = if self.control[1] >> 12 & 3 == 2 { 2 } else { 1 };
+        let rate = self.rate(pclk);
+        if rate == 0 { NEVER } else { (9 + stop) * cycle(rate) }
+    }
+
+    /// Puts bytes on the line, the first from `time` on.
+    pub fn push(&mut self, bytes: &[u8], time: u64, pclk: u32) {
+        let frame = match self.frame(pclk) {
+            // A line nobody listens to: 115 200 baud.
+            NEVER => 10 * cycle(115_200),
+            frame => frame,
+        };
+        let mut at = self.incoming.back().map_or(time, |last| last.time.max(time));
+        for &byte in bytes {
+            at += frame;
+            self.incoming.push_back(TimedByte { time: at, byte });
+        }
+    }
+
+    /// When something happens on the line.
+    #[must_use]
+    pub fn next_event(&self) -> u64 {
+        self.incoming
+            .front()
+            .map_or(NEVER, |byte| byte.time)
+            .min(self.done_at)
+            .min(self.idle_at)
+    }
+
+    /// Lets time pass.
+    pub fn advance(&mut self, now: u64, pclk: u32) {
+        if self.done_at <= now {
+            let time = self.done_at;
+            self.done_at = NEVER;
+            if let Some(byte) = self.shifting.take() {
+                self.sent.push(TimedByte { time, byte });
+            }
+            self.begin(time, pclk);
+            if self.shifting.is_none() {
+                self.status |= TC;
+            }
+        }
+        while let Some(&TimedByte { time, byte }) = self.incoming.front()
+            && time <= now
+        {
+            self.incoming.pop_front();
+            if self.control[0] & (UE | RE) != UE | RE {
+                continue;
+            }
+            if self.status & RXNE != 0 {
+                self.status |= ORE;
+            } else {
+                self.data = byte;
+                self.status |= RXNE;
+            }
+            let frame = self.frame(pclk);
+            let follows = self.incoming.front().is_some_and(|next| next.time <= time + frame);
+            self.idle_at = if follows { NEVER } else { time + frame };
+            return;
+        }
+        if self.idle_at <= now {
+            self.idle_at = NEVER;
+            self.status |= IDLE;
+        }
+    }
+
+    const fn begin(&mut self, now: u64, pclk: u32) {
+        if self.shifting.is_some() || self.control[0] & (UE | TE) != UE | TE {
+            return;
+        }
+        if let Some(byte) = self.waiting.take() {
+            self.shifting = Some(byte);
+            self.done_at = now + self.frame(pclk);
+            self.status |= TXE;
+        }
+    }
+
+    /// Whether DMA is to bring a byte.
+    #[must_use]
+    pub const fn wants_byte(&self) -> bool {
+        self.control[2] & 1 << 7 != 0
+            && self.control[0] & (UE | TE) == UE | TE
+            && self.status & TXE != 0
+    }
+
+    /// Whether DMA is to fetch a byte.
+    #[must_use]
+    pub const fn has_byte(&self) -> bool {
+        self.control[2] & 1 << 6 != 0 && self.status & RXNE != 0
+    }
+
+    /// Whether it asks for its interrupt.
+    #[must_use]
+    pub const fn interrupts(&self) -> bool {
+        // TXEIE, TCIE, RXNEIE and IDLEIE lie where their flags do; an overrun asks with RXNEIE.
+        self.status & self.control[0] & 0xF0 != 0
+            || self.status & ORE != 0 && self.control[0] & RXNE != 0
+            || self.status & (FE | ORE | 4) != 0 && self.control[2] & 1 != 0
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn read(&mut self, offset: u32) -> Result<u32, String> {
+        Ok(match offset {
+            0x00 => {
+                self.status_read = true;
+                self.status
+            }
+            0x04 => {
+                self.status &= !RXNE;
+                if core::mem::take(&mut self.status_read) {
+                    self.status &= !(ORE | IDLE | FE | 5);
+                }
+                u32::from(self.data)
+            }
+            0x08 => self.divider,
+            0x0C..=0x14 => self.control[(offset as usize - 0xC) / 4],
+            0x18 => self.guard,
+            _ => return unknown("USART", offset),
+        })
+    }
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// Where there is none, or what is asked for is not modelled.
+    pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
+        match offset {
+            0x00 => self.status &= value | !(RXNE | TC | 0x300),
+            0x04 => {
+                if self.waiting.is_some() {
+                    return Err("a byte for the serial line overwrites one that waits".into());
+                }
+                self.waiting = Some(value as u8);
+                self.status &= !(TXE | TC);
+                self.begin(now, pclk);
+            }
+            0x08 => self.divider = value & 0xFFFF,
+            0x0C => {
+                if value & (1 << 12 | 1 << 10) != 0 {
+                    return Err("9 bits and parity are not modelled".into());
+                }
+                self.control[0] = value;
+                self.begin(now, pclk);
+            }
+            0x10 | 0x14 => self.control[(offset as usize - 0xC) / 4] = value,
+            0x18 => self.guard = value,
+            _ => return unknown("USART", offset),
+        }
+        Ok(())
+    }
+}
