@@ -1,14 +1,20 @@
 //! t
-use virtual_board::{chip::Chip, core::cpu::Cpu, elf::Image, machine::Machine, time};
+use virtual_board::{board::Board, time};
 fn main() {
     let path = std::env::args().nth(1).unwrap();
-    let image = Image::parse(&std::fs::read(path).unwrap()).unwrap();
-    let mut cpu = Cpu::new(Machine::new(Chip::default()), &image.segments).unwrap();
+    let ms: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
+    let mut board = Board::from_elf(&std::fs::read(path).unwrap()).unwrap();
     let t = std::time::Instant::now();
-    let r = cpu.run_until(100 * time::PER_SECOND);
+    let r = board.run_for(ms * time::PER_SECOND / 1000);
     let el = t.elapsed();
-    let m = cpu.machine();
-    println!("{r:?} {:?}", m.semihosting.exit);
-    print!("{}", String::from_utf8_lossy(&m.semihosting.output));
-    println!("{:?} in {el:?}, faults {:?}", m.counters(), m.faults);
+    println!("{r:?} state {:?} pc {:#x} {:?}", board.state(), board.register(15), board.function());
+    println!("{:?} in {el:?}", board.counters());
+    println!("faults {:?} resets {:?}", board.faults().iter().take(3).collect::<Vec<_>>(), board.resets());
+    println!("exceptions {:?}", board.exceptions());
+    let uart = board.take_uart();
+    println!("uart {} bytes", uart.len());
+    let can = board.take_can();
+    println!("can {} frames {:x?}", can.len(), can.iter().take(4).collect::<Vec<_>>());
+    println!("offences {:?}", board.cpu().machine().chip.sensor.as_ref().map(|s| s.offences().to_vec()));
+    println!("errors {:?}", board.cpu().machine().chip.can.errors());
 }

@@ -9,6 +9,8 @@ pub struct Image {
     pub segments: Vec<(u32, Vec<u8>)>,
     /// Names and addresses.
     pub symbols: Vec<(String, u32)>,
+    /// Functions: address, size and name, in order of addresses.
+    pub functions: Vec<(u32, u32, String)>,
 }
 
 /// Why an ELF cannot be loaded.
@@ -52,10 +54,26 @@ impl Image {
             if let Ok(name) = symbol.name()
                 && !name.is_empty()
             {
-                image.symbols.push((name.to_owned(), symbol.address() as u32));
+                let address = symbol.address() as u32;
+                image.symbols.push((name.to_owned(), address));
+                if symbol.kind() == object::SymbolKind::Text && symbol.size() > 0 {
+                    let size = symbol.size() as u32;
+                    image.functions.push((address & !1, size, name.to_owned()));
+                }
             }
         }
+        image.functions.sort();
         Ok(image)
+    }
+
+    /// The function that an address lies in.
+    #[must_use]
+    pub fn function_at(&self, address: u32) -> Option<&str> {
+        let place = self
+            .functions
+            .partition_point(|(start, _, _)| *start <= address);
+        let (start, size, name) = self.functions.get(place.checked_sub(1)?)?;
+        (address - start < *size).then_some(name.as_str())
     }
 
     /// The address of a symbol.

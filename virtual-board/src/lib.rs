@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod block;
+pub mod board;
 pub mod chip;
 pub mod core;
 pub mod elf;

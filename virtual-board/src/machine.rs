@@ -318,6 +318,11 @@ impl Machine {
         self.deadline = self.systick.next_event().min(self.chip.next_event());
     }
 
+    /// Somebody outside has touched the chip: what is next may be earlier.
+    pub fn wake(&mut self) {
+        self.deadline = self.now;
+    }
+
     /// The core sleeps: time passes until the next event.
     pub(crate) fn sleep(&mut self, memory: &mut dyn Memory) {
         self.now = self.deadline.min(self.limit).max(self.now);

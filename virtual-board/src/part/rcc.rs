@@ -73,6 +73,9 @@ const CFGR: usize = 2;
 const BDCR: usize = 0x70 / 4;
 const CSR: usize = 0x74 / 4;
 
+/// Reserved on this part; HALs for its siblings write a zero there.
+const DCKCFGR: u32 = 0x8C;
+
 impl Rcc {
     /// After the supply came, with a crystal or without.
     #[must_use]
@@ -149,6 +152,9 @@ impl Rcc {
     /// Where there is none.
     pub fn read(&self, offset: u32, now: u64) -> Result<u32, String> {
         let index = offset as usize / 4;
+        if offset == DCKCFGR {
+            return Ok(0);
+        }
         let Some(&value) = self.registers.get(index) else {
             return unknown("RCC", offset);
         };
@@ -177,6 +183,9 @@ impl Rcc {
         wait_states: u32,
     ) -> Result<(), String> {
         let index = offset as usize / 4;
+        if offset == DCKCFGR && value == 0 {
+            return Ok(());
+        }
         if index >= self.registers.len() {
             return unknown("RCC", offset);
         }

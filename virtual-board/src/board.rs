@@ -1,0 +1,264 @@
+//! The board: an ELF, its chip and its sensor, and the lines that lead out.
+
+use lsm6dsox::sim::{Fault as SensorFault, Motion, Part as Sensor, PartOptions, Stimulus};
+
+use crate::chip::{Chip, ChipOptions};
+use crate::core::cpu::{Cpu, State, UNTOUCHED};
+use crate::elf::{ElfError, Image};
+use crate::failure::Failure;
+use crate::machine::{Counters, FaultNote, Machine};
+use crate::part::can::{BusFault, Frame, TimedFrame};
+use crate::part::rcc::ResetCause;
+use crate::part::usart::TimedByte;
+
+/// Which serial line leads out: USART1.
+const CONSOLE: usize = 0;
+
+/// The load sensor's channel: PC0.
+const LOAD: usize = 10;
+
+/// How a board is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoardOptions {
+    /// The chip.
+    pub chip: ChipOptions,
+    /// The specimen of the sensor; `None` where its bus is empty.
+    pub sensor: Option<PartOptions>,
+    /// What the load sensor's voltage converts to.
+    pub load: u16,
+}
+
+impl Default for BoardOptions {
+    fn default() -> Self {
+        Self {
+            chip: ChipOptions::default(),
+            sensor: Some(PartOptions::default()),
+            load: 0,
+        }
+    }
+}
+
+/// A sensor that lies still, z up.
+struct Still;
+
+impl Motion for Still {
+    fn at(&mut self, _: f64) -> Stimulus {
+        Stimulus {
+            specific_force: [0.0, 0.0, 9.80665],
+            angular_rate: [0.0; 3],
+            temperature: 25.0,
+        }
+    }
+}
+
+/// What can go wrong with the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// Of the sensor or its line.
+    Sensor(SensorFault),
+    /// Of the CAN bus.
+    Bus(BusFault),
+    /// The supply dips.
+    BrownOut,
+    /// Somebody presses reset.
+    Reset,
+    /// The supply fails in this many operations of flash from now.
+    CutInFlash(u64),
+    /// The load sensor's voltage becomes this.
+    Load(u16),
+    /// Every fault of the sensor and of the bus goes.
+    Clear,
+}
+
+/// A board that runs an ELF.
+pub struct Board {
+    cpu: Cpu,
+    image: Image,
+}
+
+impl Board {
+    /// A board with an ELF in its flash, and its sensor at rest.
+    ///
+    /// # Errors
+    /// Where the ELF is none, or does not fit.
+    pub fn from_elf(elf: &[u8]) -> Result<Self, ElfError> {
+        Self::with_motion(elf, BoardOptions::default(), Still)
+    }
+
+    /// A particular board, whose sensor feels `motion`.
+    ///
+    /// # Errors
+    /// Where the ELF is none, or does not fit.
+    pub fn with_motion(
+        elf: &[u8],
+        options: BoardOptions,
+        motion: impl Motion + 'static,
+    ) -> Result<Self, ElfError> {
+        let image = Image::parse(elf)?;
+        let sensor = options
+            .sensor
+            .map(|options| Sensor::with_options(motion, options));
+        let mut chip = Chip::new(options.chip, sensor);
+        chip.adc.inputs[LOAD] = options.load;
+        let cpu = Cpu::new(Machine::new(chip), &image.segments).map_err(ElfError)?;
+        Ok(Self { cpu, image })
+    }
+
+    /// Virtual time since power-up, in units of [`time`](crate::time).
+    #[must_use]
+    pub fn now(&self) -> u64 {
+        self.cpu.machine().now
+    }
+
+    /// Runs for so long.
+    ///
+    /// # Errors
+    /// Where the firmware did what is not modelled or what the part would not do as asked.
+    pub fn run_for(&mut self, duration: u64) -> Result<(), Failure> {
+        let until = self.now() + duration;
+        self.run_until(until)
+    }
+
+    /// Runs until a time since power-up.
+    ///
+    /// # Errors
+    /// As [`run_for`](Self::run_for).
+    pub fn run_until(&mut self, until: u64) -> Result<(), Failure> {
+        self.cpu.run_until(until).map_err(|failure| self.named(failure))
+    }
+
+    fn named(&self, failure: Failure) -> Failure {
+        match self.image.function_at(failure.pc) {
+            Some(name) => Failure {
+                what: format!("{} (in {name})", failure.what),
+                ..failure
+            },
+            None => failure,
+        }
+    }
+
+    /// The bytes that the serial line has sent since they were last taken.
+    pub fn take_uart(&mut self) -> Vec<TimedByte> {
+        core::mem::take(&mut self.cpu.machine().chip.usarts[CONSOLE].sent)
+    }
+
+    /// The frames that the board has sent over CAN since they were last taken.
+    pub fn take_can(&mut self) -> Vec<TimedFrame> {
+        core::mem::take(&mut self.cpu.machine().chip.can.sent)
+    }
+
+    /// Sends bytes to the board over the serial line, from now on, at its rate.
+    pub fn push_uart(&mut self, bytes: &[u8]) {
+        let mut machine = self.cpu.machine();
+        let now = machine.now;
+        let pclk = machine.chip.usart_clock(CONSOLE);
+        machine.chip.usarts[CONSOLE].push(bytes, now, pclk);
+        machine.wake();
+    }
+
+    /// Sends a frame to the board over CAN, as soon as the bus is free.
+    pub fn push_can(&mut self, frame: Frame) {
+        let mut machine = self.cpu.machine();
+        let now = machine.now;
+        machine.chip.can.push(frame, now);
+        machine.wake();
+    }
+
+    /// Lets something go wrong now.
+    pub fn inject(&mut self, fault: Fault) {
+        let mut machine = self.cpu.machine();
+        let now = machine.now;
+        match fault {
+            Fault::Sensor(fault) => {
+                machine.chip.with_sensor(now, |sensor| sensor.inject(fault));
+            }
+            Fault::Bus(fault) => machine.chip.can.set_fault(fault),
+            Fault::BrownOut => machine.chip.request_reset(ResetCause::BrownOut),
+            Fault::Reset => machine.chip.request_reset(ResetCause::Pin),
+            Fault::CutInFlash(operations) => {
+                let done = machine.chip.flash.operations;
+                machine.chip.flash.cut_at = Some(done + operations);
+            }
+            Fault::Load(code) => machine.chip.adc.inputs[LOAD] = code,
+            Fault::Clear => {
+                machine.chip.with_sensor(now, Sensor::clear_faults);
+                machine.chip.can.set_fault(BusFault::None);
+            }
+        }
+        machine.wake();
+    }
+
+    /// Instructions, cycles and time so far.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        self.cpu.machine().counters()
+    }
+
+    /// What the core does.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.cpu.state()
+    }
+
+    /// Faults of the architecture that the program saw.
+    #[must_use]
+    pub fn faults(&self) -> Vec<FaultNote> {
+        self.cpu.machine().faults.clone()
+    }
+
+    /// Resets since power-up: when and why.
+    #[must_use]
+    pub fn resets(&self) -> Vec<(u64, ResetCause)> {
+        self.cpu.machine().chip.resets.clone()
+    }
+
+    /// How often each exception was taken.
+    #[must_use]
+    pub fn exceptions(&self) -> Vec<(u16, u64)> {
+        let machine = self.cpu.machine();
+        machine.exceptions.iter().map(|(&number, &count)| (number, count)).collect()
+    }
+
+    /// A core register: R0 to R12, SP, LR, PC.
+    #[must_use]
+    pub fn register(&self, index: usize) -> u32 {
+        self.cpu.register(index)
+    }
+
+    /// The function that executes.
+    #[must_use]
+    pub fn function(&self) -> Option<&str> {
+        self.image.function_at(self.register(15))
+    }
+
+    /// The ELF.
+    #[must_use]
+    pub const fn image(&self) -> &Image {
+        &self.image
+    }
+
+    /// Bytes of memory, as a debugger reads them; `None` where there is no memory.
+    pub fn memory(&mut self, address: u32, length: usize) -> Option<Vec<u8>> {
+        let mut bytes = vec![0; length];
+        self.cpu.memory().read(address, &mut bytes).then_some(bytes)
+    }
+
+    /// The core with everything around it, for what has no method here.
+    pub const fn cpu(&mut self) -> &mut Cpu {
+        &mut self.cpu
+    }
+
+    /// The deepest that the stack between two addresses has been, bytes from its upper end; what
+    /// was never written holds [`UNTOUCHED`] or the start-up code's own paint.
+    pub fn stack_high_water(&mut self, low: u32, high: u32) -> usize {
+        const PAINT: [u8; 4] = 0xCCCC_CCCC_u32.to_le_bytes();
+        let Some(bytes) = self.memory(low, high.saturating_sub(low) as usize) else {
+            return 0;
+        };
+        let untouched = bytes
+            .chunks_exact(4)
+            .take_while(|word| *word == PAINT || word.iter().all(|&byte| byte == UNTOUCHED))
+            .count();
+        bytes.len() - 4 * untouched
+    }
+}
