@@ -4,6 +4,7 @@ fn main() {
     let path = std::env::args().nth(1).unwrap();
     let ms: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
     let mut board = Board::from_elf(&std::fs::read(path).unwrap()).unwrap();
+    if std::env::var_os("PROFILE").is_some() { board.run_for(time::PER_SECOND).unwrap(); board.start_profile(); }
     let t = std::time::Instant::now();
     let r = board.run_for(ms * time::PER_SECOND / 1000);
     let el = t.elapsed();
@@ -11,6 +12,7 @@ fn main() {
     println!("{:?} in {el:?}", board.counters());
     println!("faults {:?} resets {:?}", board.faults().iter().take(3).collect::<Vec<_>>(), board.resets());
     println!("exceptions {:?}", board.exceptions());
+    for (name, count) in board.profile().iter().take(25) { println!("{count:10} {name}"); }
     let uart = board.take_uart();
     println!("uart {} bytes", uart.len());
     let can = board.take_can();

@@ -1,5 +1,7 @@
 //! The board: an ELF, its chip and its sensor, and the lines that lead out.
 
+use std::collections::BTreeMap;
+
 use lsm6dsox::sim::{Fault as SensorFault, Motion, Part as Sensor, PartOptions, Stimulus};
 
 use crate::chip::{Chip, ChipOptions};
@@ -217,6 +219,31 @@ impl Board {
     pub fn exceptions(&self) -> Vec<(u16, u64)> {
         let machine = self.cpu.machine();
         machine.exceptions.iter().map(|(&number, &count)| (number, count)).collect()
+    }
+
+    /// Counts instructions by function from now on.
+    pub fn start_profile(&mut self) {
+        self.cpu.machine().start_profile();
+    }
+
+    /// Instructions by function since the profile was started, most first.
+    #[must_use]
+    pub fn profile(&self) -> Vec<(String, u64)> {
+        let machine = self.cpu.machine();
+        let mut functions = BTreeMap::<&str, u64>::new();
+        for (place, &count) in machine.profile.iter().enumerate() {
+            if count > 0 {
+                let address = 0x0800_0000 + 2 * place as u32;
+                let name = self.image.function_at(address).unwrap_or("?");
+                *functions.entry(name).or_default() += count;
+            }
+        }
+        let mut functions: Vec<_> = functions
+            .into_iter()
+            .map(|(name, count)| (name.to_owned(), count))
+            .collect();
+        functions.sort_by_key(|(name, count)| (core::cmp::Reverse(*count), name.clone()));
+        functions
     }
 
     /// A core register: R0 to R12, SP, LR, PC.

@@ -96,6 +96,8 @@ pub struct Machine {
     pub faults: Vec<FaultNote>,
     /// Blocks executed at addresses that somebody asked about: how often.
     pub(crate) probes: HashMap<u32, Probe>,
+    /// Instructions by half-word of flash; empty where nobody wants to know.
+    pub(crate) profile: Vec<u64>,
     pub(crate) stop: Option<Stop>,
     pub(crate) failure: Option<Failure>,
     pub(crate) running: Option<RunningBlock>,
@@ -146,6 +148,7 @@ impl Machine {
             exceptions: BTreeMap::new(),
             faults: Vec::new(),
             probes: HashMap::new(),
+            profile: Vec::new(),
             stop: None,
             failure: None,
             running: None,
@@ -159,6 +162,11 @@ impl Machine {
             deadline: 0,
             blocks: vec![Block::default(); FLASH_SIZE / 2],
         }
+    }
+
+    /// Counts instructions by place from now on.
+    pub fn start_profile(&mut self) {
+        self.profile = vec![0; FLASH_SIZE / 2];
     }
 
     /// The counters now.
@@ -224,6 +232,12 @@ impl Machine {
         let block = &running.block;
         let end = running.address.wrapping_add(block.size);
         self.instructions += u64::from(block.instructions);
+        if let Some(count) = self
+            .profile
+            .get_mut((running.address.wrapping_sub(FLASH) / 2) as usize)
+        {
+            *count += u64::from(block.instructions);
+        }
         self.spend(u64::from(block.cycles) + if next == end { 0 } else { TAKEN });
         block.sends_event
     }

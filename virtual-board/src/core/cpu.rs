@@ -3,7 +3,9 @@
 use std::cell::{Cell, RefCell, RefMut};
 use std::rc::Rc;
 
-use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn};
+use unicorn_engine::{
+    Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, Unicorn,
+};
 
 use super::nvic::{THREAD, exception};
 use super::scb::{FORCED, VECTTBL, cfsr};
@@ -30,9 +32,18 @@ const MEMORIES: [(u32, usize, Prot); 5] = [
     (FLASH, FLASH_SIZE, Prot(1 | 4)),
     (0x1000_0000, 0x1_0000, Prot(1 | 2)),
     (0x1FFF_7000, 0x1000, Prot(1)),
-    (0x2000_0000, 0x2_0000, Prot(1 | 2 | 4)),
-    // The bit-band alias of RAM is not mapped: nothing uses it.
+    (RAM, RAM_SIZE, Prot(1 | 2)),
     (0x1FFF_C000, 0x1000, Prot(1)),
+];
+
+const RAM: u32 = 0x2000_0000;
+const RAM_SIZE: usize = 0x2_0000;
+
+/// Everything but RAM, first and last address. A hook on RAM makes every store there slow.
+const NOT_RAM: [(u64, u64); 3] = [
+    (0, 0x0FFF_FFFF),
+    (0x1001_0000, 0x1FFF_FFFF),
+    (0x2002_0000, 0xFFFF_FFFF),
 ];
 
 /// What RAM holds before anything was written to it.
@@ -142,6 +153,8 @@ pub struct Cpu {
     event: bool,
     /// The next instructions are the handler's of an exception just returned from another.
     returned: bool,
+    /// Code in RAM has been met.
+    runs_from_ram: Rc<Cell<bool>>,
 }
 
 impl Cpu {
@@ -192,7 +205,9 @@ impl Cpu {
             state: State::Running,
             event: false,
             returned: false,
+            runs_from_ram: Rc::default(),
         };
+        cpu.translate_addresses().map_err(text)?;
         cpu.map_peripherals().map_err(text)?;
         cpu.add_hooks().map_err(text)?;
         cpu.reset();
@@ -236,6 +251,35 @@ impl Cpu {
         let _ = self.engine.reg_write(register, u64::from(value));
     }
 
+    /// Addresses are what they are; only, RAM is not for code until code is met there. The engine
+    /// looks at every store to a page that may hold code.
+    fn translate_addresses(&mut self) -> Result<(), unicorn_engine::uc_error> {
+        self.engine.ctl_set_tlb_type(TlbType::VIRTUAL)?;
+        let machine = Rc::clone(&self.machine);
+        let runs_from_ram = Rc::clone(&self.runs_from_ram);
+        self.engine.add_tlb_hook(1, 0, move |engine, address, kind| {
+            let fetch = kind == MemType::FETCH;
+            let data_only = is_ram(address as u32) && !runs_from_ram.get();
+            if fetch && data_only {
+                machine.borrow_mut().stop = Some(Stop::FetchFault);
+                return None;
+            }
+            if !fetch {
+                // As in the hook for peripherals.
+                let _ = engine.reg_write(RegisterARM::EPSR, 0x0100_0000);
+            }
+            Some(TlbEntry {
+                paddr: address,
+                perms: if data_only {
+                    Prot(1 | 2)
+                } else {
+                    Prot::ALL
+                },
+            })
+        })?;
+        Ok(())
+    }
+
     /// Peripherals are windows without rights. The engine then calls the hook for protection,
     /// which knows the exact PC, and after it the window, which does not.
     fn map_peripherals(&mut self) -> Result<(), unicorn_engine::uc_error> {
@@ -250,30 +294,33 @@ impl Cpu {
             )?;
             self.engine.mem_protect(start, size, Prot::NONE)?;
         }
-        let machine = Rc::clone(&self.machine);
-        self.engine.add_mem_hook(
-            HookType::MEM_READ_PROT | HookType::MEM_WRITE_PROT,
-            1,
-            0,
-            move |engine, kind, address, size, value| {
-                let address = address as u32;
-                let mut machine = machine.borrow_mut();
-                let pc = engine.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
-                let go_on = if kind == MemType::READ_PROT {
-                    let read = machine.load(engine, pc, address, size);
-                    loaded.set(u64::from(read.unwrap_or(0)));
-                    read.is_some()
-                } else {
-                    machine.store(engine, pc, address, size, value as u32)
-                };
-                if machine.stop.is_some() {
-                    let _ = engine.emu_stop();
-                }
-                // Reading the PC in a hook spoils the state of IT blocks (Unicorn issue 2309).
-                let _ = engine.reg_write(RegisterARM::EPSR, 0x0100_0000);
-                go_on
-            },
-        )?;
+        for (first, last) in NOT_RAM {
+            let machine = Rc::clone(&self.machine);
+            let loaded = Rc::clone(&loaded);
+            self.engine.add_mem_hook(
+                HookType::MEM_READ_PROT | HookType::MEM_WRITE_PROT,
+                first,
+                last,
+                move |engine, kind, address, size, value| {
+                    let address = address as u32;
+                    let mut machine = machine.borrow_mut();
+                    let pc = engine.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+                    let go_on = if kind == MemType::READ_PROT {
+                        let read = machine.load(engine, pc, address, size);
+                        loaded.set(u64::from(read.unwrap_or(0)));
+                        read.is_some()
+                    } else {
+                        machine.store(engine, pc, address, size, value as u32)
+                    };
+                    if machine.stop.is_some() {
+                        let _ = engine.emu_stop();
+                    }
+                    // Memory hooks spoil the state of IT blocks (Unicorn issue 2309).
+                    let _ = engine.reg_write(RegisterARM::EPSR, 0x0100_0000);
+                    go_on
+                },
+            )?;
+        }
         Ok(())
     }
 
@@ -296,28 +343,30 @@ impl Cpu {
                 }
             })?;
 
-        let machine = Rc::clone(&self.machine);
-        self.engine.add_mem_hook(
-            HookType::MEM_READ_UNMAPPED
-                | HookType::MEM_WRITE_UNMAPPED
-                | HookType::MEM_FETCH_UNMAPPED
-                | HookType::MEM_FETCH_PROT,
-            1,
-            0,
-            move |engine, kind, address, _, _| {
-                let pc = engine.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
-                let write = kind == MemType::WRITE_UNMAPPED;
-                let fetch = kind == MemType::FETCH_UNMAPPED || kind == MemType::FETCH_PROT;
-                let mut machine = machine.borrow_mut();
-                if fetch {
-                    machine.stop = Some(Stop::FetchFault);
-                } else {
-                    machine.no_memory(pc, address as u32, write);
-                }
-                let _ = engine.emu_stop();
-                false
-            },
-        )?;
+        for (first, last) in NOT_RAM {
+            let machine = Rc::clone(&self.machine);
+            self.engine.add_mem_hook(
+                HookType::MEM_READ_UNMAPPED
+                    | HookType::MEM_WRITE_UNMAPPED
+                    | HookType::MEM_FETCH_UNMAPPED
+                    | HookType::MEM_FETCH_PROT,
+                first,
+                last,
+                move |engine, kind, address, _, _| {
+                    let pc = engine.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+                    let write = kind == MemType::WRITE_UNMAPPED;
+                    let fetch = kind == MemType::FETCH_UNMAPPED || kind == MemType::FETCH_PROT;
+                    let mut machine = machine.borrow_mut();
+                    if fetch {
+                        machine.stop = Some(Stop::FetchFault);
+                    } else {
+                        machine.no_memory(pc, address as u32, write);
+                    }
+                    let _ = engine.emu_stop();
+                    false
+                },
+            )?;
+        }
 
         let machine = Rc::clone(&self.machine);
         self.engine.add_intr_hook(move |engine, number| {
@@ -470,6 +519,11 @@ impl Cpu {
             Some(Stop::FetchFault) => {
                 if pc >= 0xFFFF_FF00 {
                     self.leave(pc);
+                } else if is_ram(pc) && !self.runs_from_ram.replace(true) {
+                    // Stores to executable memory are slow; only who needs it pays for it.
+                    self.engine
+                        .mem_protect(u64::from(RAM), RAM_SIZE as u64, Prot::ALL)
+                        .map_err(|error| Failure::new(pc, None, format!("{error:?}")))?;
                 } else {
                     self.fault(pc, Fault::bus(cfsr::IBUSERR, None), None);
                 }
@@ -823,6 +877,10 @@ fn masked_below(engine: &Unicorn<'_, ()>, machine: &Machine) -> i16 {
         priority = -1;
     }
     priority
+}
+
+const fn is_ram(address: u32) -> bool {
+    address.wrapping_sub(RAM) < RAM_SIZE as u32
 }
 
 /// Whether the stack may lie there.
