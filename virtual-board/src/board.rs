@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use lsm6dsox::sim::{Fault as SensorFault, Motion, Part as Sensor, PartOptions, Stimulus};
 
-use crate::chip::{Chip, ChipOptions};
+use crate::chip::{Chip, ChipOptions, Transaction};
 use crate::core::cpu::{Cpu, State, UNTOUCHED};
 use crate::elf::{ElfError, Image};
 use crate::failure::Failure;
@@ -147,6 +147,27 @@ impl Board {
     /// The frames that the board has sent over CAN since they were last taken.
     pub fn take_can(&mut self) -> Vec<TimedFrame> {
         core::mem::take(&mut self.cpu.machine().chip.can.sent)
+    }
+
+    /// Puts of frames into mailboxes since they were last taken: when, and which identifier.
+    pub fn take_can_requests(&mut self) -> Vec<(u64, u32)> {
+        core::mem::take(&mut self.cpu.machine().chip.can.requested)
+    }
+
+    /// Keeps what goes over the sensor's bus from now on.
+    pub fn record_sensor_bus(&mut self) {
+        self.cpu.machine().chip.transactions = Some(Vec::new());
+    }
+
+    /// What has gone over the sensor's bus since it was last taken, without what still goes on.
+    pub fn take_transactions(&mut self) -> Vec<Transaction> {
+        let mut machine = self.cpu.machine();
+        let Some(all) = &mut machine.chip.transactions else {
+            return Vec::new();
+        };
+        let last = all.len().saturating_sub(1);
+        let current = all.split_off(last);
+        core::mem::replace(all, current)
     }
 
     /// Sends bytes to the board over the serial line, from now on, at its rate.

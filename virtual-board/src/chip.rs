@@ -163,11 +163,17 @@ impl Default for ChipOptions {
     }
 }
 
-/// A pulse or level on the sensor's pin, as the chip saw it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PinEdge {
-    /// When, in units of [`time`](crate::time).
-    pub time: u64,
+/// What went over the sensor's bus while its chip select was low.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Transaction {
+    /// When the chip select fell, in units of [`time`](crate::time).
+    pub start: u64,
+    /// When the sensor's pin had last risen before.
+    pub edge: Option<u64>,
+    /// To the sensor.
+    pub out: Vec<u8>,
+    /// From it.
+    pub back: Vec<u8>,
 }
 
 /// The chip's peripherals and what is soldered to it.
@@ -187,9 +193,9 @@ pub struct Chip {
     /// The sensor on SPI1: CS on PA4, INT1 on PA0.
     pub sensor: Option<Sensor>,
     /// When the sensor's pin last rose.
-    pub data_ready: Option<PinEdge>,
-    /// Bytes exchanged on SPI1.
-    pub spi_bytes: u64,
+    pub data_ready: Option<u64>,
+    /// Transactions with the sensor, where they are kept.
+    pub transactions: Option<Vec<Transaction>>,
     /// How often the chip was reset, and why last.
     pub resets: Vec<(u64, ResetCause)>,
     pwr: Pwr,
@@ -229,7 +235,7 @@ impl Chip {
             ports,
             sensor,
             data_ready: None,
-            spi_bytes: 0,
+            transactions: None,
             resets: Vec::new(),
             pwr: Pwr::default(),
             exti: Exti::default(),
@@ -411,7 +417,6 @@ impl Chip {
     }
 
     fn exchange(&mut self, out: u8, now: u64) -> u8 {
-        self.spi_bytes += 1;
         let Some(sensor) = &mut self.sensor else {
             // Nobody drives the line: what the pin is pulled to.
             return if self.ports[0].is_pulled_up(6) { 0xFF } else { 0 };
@@ -421,6 +426,10 @@ impl Chip {
             return if self.ports[0].is_pulled_up(6) { 0xFF } else { 0 };
         }
         let answer = sensor.exchange(out);
+        if let Some(transaction) = self.transactions.as_mut().and_then(|all| all.last_mut()) {
+            transaction.out.push(out);
+            transaction.back.push(answer);
+        }
         self.watch_pin(now);
         answer
     }
@@ -464,7 +473,7 @@ impl Chip {
     fn set_pin(&mut self, high: bool, now: u64) {
         self.pin_high = high;
         if high {
-            self.data_ready = Some(PinEdge { time: now });
+            self.data_ready = Some(now);
         }
         let port = &mut self.ports[0];
         port.levels = port.levels & !1 | u16::from(high);
@@ -495,6 +504,13 @@ impl Chip {
             return;
         }
         self.selected = low;
+        if low && let Some(transactions) = &mut self.transactions {
+            transactions.push(Transaction {
+                start: now,
+                edge: self.data_ready,
+                ..Transaction::default()
+            });
+        }
         if let Some(sensor) = &mut self.sensor {
             sensor.advance_to(to_ns(now));
             if low {

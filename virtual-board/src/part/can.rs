@@ -171,6 +171,8 @@ pub struct Can {
     pub fault: BusFault,
     /// What the controller has sent.
     pub sent: Vec<TimedFrame>,
+    /// When each frame was put into a mailbox, and its identifier; taken by whoever looks.
+    pub requested: Vec<(u64, u32)>,
     /// What the other node sends: not before the time.
     incoming: VecDeque<TimedFrame>,
     /// Frames that came while a FIFO was full.
@@ -224,6 +226,7 @@ impl Can {
             joined_at: NEVER,
             fault: BusFault::None,
             sent: Vec::new(),
+            requested: Vec::new(),
             incoming: VecDeque::new(),
             overruns: 0,
             delivered: 0,
@@ -237,6 +240,7 @@ impl Can {
             now,
             fault: self.fault,
             sent: core::mem::take(&mut self.sent),
+            requested: core::mem::take(&mut self.requested),
             incoming: core::mem::take(&mut self.incoming),
             overruns: self.overruns,
             delivered: self.delivered,
@@ -722,6 +726,8 @@ impl Can {
                     if value & 1 != 0 {
                         mailbox.pending = true;
                         mailbox.order = order;
+                        let id = mailbox.frame().id;
+                        self.requested.push((now, id));
                         self.order += 1;
                         self.transmit &= !(0xF << (8 * (at / 16)));
                     }

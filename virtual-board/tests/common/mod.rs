@@ -1,5 +1,8 @@
 //! Builds programs for the target and boots them.
 
+// Every test takes what it needs.
+#![allow(dead_code)]
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
@@ -43,4 +46,22 @@ pub fn image(package: &str, program: &str) -> Image {
 /// A core with a program in flash.
 pub fn boot(image: &Image) -> Cpu {
     Cpu::new(Machine::new(Chip::default()), &image.segments).expect("it fits the flash")
+}
+
+/// The product: the ELF that `FOOTFALL_ELF` names, or a fresh build where there is its source.
+/// `None` where there is neither, which counts as a failure where everything is required.
+pub fn product() -> Option<Vec<u8>> {
+    let path = match std::env::var_os("FOOTFALL_ELF") {
+        Some(path) => PathBuf::from(path),
+        None if workspace().join("firmware/src/main.rs").exists() => build("firmware", "foot"),
+        None => {
+            assert!(
+                std::env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_none(),
+                "there is no product to boot"
+            );
+            eprintln!("skipped: there is no product to boot");
+            return None;
+        }
+    };
+    Some(std::fs::read(path).expect("the ELF was built"))
 }

@@ -1,0 +1,173 @@
+//! The product's ELF on the board: it starts, measures, sends, survives, and does so again.
+
+mod common;
+
+use common::product;
+use virtual_board::board::{Board, BoardOptions, Fault};
+use virtual_board::chip::ChipOptions;
+use virtual_board::part::can::{BusFault, Frame, TimedFrame};
+use virtual_board::part::rcc::ResetCause;
+use virtual_board::time;
+
+const MILLISECOND: u64 = time::PER_SECOND / 1000;
+
+/// CANopen's function codes; the node's number is added.
+const EMERGENCY: u32 = 0x080;
+const ESTIMATE: u32 = 0x180;
+const HEARTBEAT: u32 = 0x700;
+
+fn run(board: &mut Board, ms: u64) {
+    if let Err(failure) = board.run_for(ms * MILLISECOND) {
+        panic!("{failure}");
+    }
+}
+
+fn of(frames: &[TimedFrame], function: u32) -> Vec<&TimedFrame> {
+    frames
+        .iter()
+        .filter(|sent| sent.frame.id & !0x7F == function && sent.frame.id & 0x7F != 0)
+        .collect()
+}
+
+/// "Stable" is the probability's top half in the first two bytes of the estimate.
+fn stable(frame: &Frame) -> bool {
+    matches!(frame.data[..], [_, high, ..] if high >= 0x80)
+}
+
+#[test]
+fn it_sends_an_estimate_every_millisecond_and_calls_a_still_foot_stable() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits the flash");
+    run(&mut board, 2_000);
+    assert_eq!(board.resets(), []);
+    assert_eq!(board.faults(), []);
+    assert!(!board.take_uart().is_empty(), "the serial line is silent");
+    let frames = board.take_can();
+    assert!(!of(&frames, HEARTBEAT).is_empty(), "no heartbeat");
+    let estimates = of(&frames, ESTIMATE);
+    let last_second: Vec<_> = estimates
+        .iter()
+        .filter(|sent| sent.time > 1_000 * MILLISECOND)
+        .collect();
+    assert!((995..=1005).contains(&last_second.len()), "{}", last_second.len());
+    assert!(last_second.iter().all(|sent| stable(&sent.frame)));
+    let offences = {
+        let machine = board.cpu().machine();
+        machine.chip.sensor.as_ref().map(|sensor| sensor.offences().to_vec())
+    };
+    assert_eq!(offences, Some(Vec::new()), "registers of the sensor were misused");
+}
+
+#[test]
+fn two_runs_give_identical_bytes_at_identical_times() {
+    let Some(elf) = product() else { return };
+    let outcome = || {
+        let mut board = Board::from_elf(&elf).expect("it fits the flash");
+        run(&mut board, 500);
+        board.push_uart(b"garbage \x00\x01\x02");
+        board.push_can(Frame::new(0x000, &[0x80, 0x00]));
+        run(&mut board, 500);
+        (board.take_uart(), board.take_can(), board.counters(), board.exceptions())
+    };
+    assert_eq!(outcome(), outcome());
+}
+
+#[test]
+fn it_is_never_stable_while_its_sensor_gives_no_edges_and_says_what_is_wrong() {
+    use lsm6dsox::sim::Fault::{DataReadyLost, FrozenOutput, MisoStuckHigh, MisoStuckLow, Reset};
+    let Some(elf) = product() else { return };
+    for fault in [DataReadyLost, FrozenOutput, MisoStuckHigh, MisoStuckLow, Reset] {
+        let mut board = Board::from_elf(&elf).expect("it fits the flash");
+        run(&mut board, 1_500);
+        board.take_can();
+        let start = board.now();
+        board.inject(Fault::Sensor(fault));
+        run(&mut board, 500);
+        let frames = board.take_can();
+        let emergencies = of(&frames, EMERGENCY);
+        let Some(first) = emergencies.first() else {
+            panic!("{fault:?} was not told");
+        };
+        println!("{fault:?}: told after {:.1} ms", time::to_us(first.time - start) / 1000.0);
+        let after: Vec<_> = of(&frames, ESTIMATE)
+            .into_iter()
+            .filter(|sent| sent.time > first.time)
+            .take(5)
+            .collect();
+        assert!(
+            after.iter().all(|sent| !stable(&sent.frame)),
+            "{fault:?}: stable after it was told"
+        );
+        board.inject(Fault::Clear);
+        run(&mut board, 2_500);
+        let frames = board.take_can();
+        let back = of(&frames, ESTIMATE)
+            .last()
+            .is_some_and(|sent| stable(&sent.frame));
+        assert!(back, "{fault:?}: it did not come back");
+    }
+}
+
+#[test]
+fn it_comes_back_from_bus_off() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits the flash");
+    run(&mut board, 1_500);
+    board.inject(Fault::Bus(BusFault::Shorted));
+    run(&mut board, 200);
+    let (_, _, off) = board.cpu().machine().chip.can.errors();
+    assert!(off, "a shorted bus has to end in bus-off");
+    board.take_can();
+    board.inject(Fault::Clear);
+    run(&mut board, 300);
+    let frames = board.take_can();
+    assert!(of(&frames, ESTIMATE).len() > 200, "{} estimates", of(&frames, ESTIMATE).len());
+    assert!(!of(&frames, EMERGENCY).is_empty(), "bus-off was not told");
+}
+
+#[test]
+fn it_goes_on_without_anybody_who_acknowledges_and_under_a_full_bus() {
+    let Some(elf) = product() else { return };
+    for fault in [BusFault::NoAcknowledge, BusFault::Saturated] {
+        let mut board = Board::from_elf(&elf).expect("it fits the flash");
+        run(&mut board, 1_000);
+        board.inject(Fault::Bus(fault));
+        run(&mut board, 500);
+        board.take_can();
+        board.take_uart();
+        board.inject(Fault::Clear);
+        run(&mut board, 500);
+        assert_eq!(board.resets(), [], "{fault:?}");
+        assert!(!board.take_uart().is_empty(), "{fault:?}: the serial line stopped");
+        assert!(of(&board.take_can(), ESTIMATE).len() > 400, "{fault:?}");
+    }
+}
+
+#[test]
+fn it_measures_without_its_crystal_and_stays_off_the_bus() {
+    let Some(elf) = product() else { return };
+    let options = BoardOptions {
+        chip: ChipOptions { crystal: None },
+        ..BoardOptions::default()
+    };
+    let still = |_| lsm6dsox::sim::Stimulus::REST;
+    let mut board = Board::with_motion(&elf, options, still).expect("it fits the flash");
+    run(&mut board, 1_500);
+    assert_eq!(board.resets(), []);
+    assert!(!board.take_uart().is_empty(), "the serial line is silent");
+    assert!(board.take_can().is_empty(), "1 % of clock error is too much for CAN");
+}
+
+#[test]
+fn it_starts_again_after_the_supply_dips() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits the flash");
+    run(&mut board, 1_000);
+    board.inject(Fault::BrownOut);
+    board.take_can();
+    run(&mut board, 1_500);
+    let resets: Vec<_> = board.resets().iter().map(|&(_, cause)| cause).collect();
+    assert_eq!(resets, [ResetCause::BrownOut]);
+    let frames = board.take_can();
+    assert!(of(&frames, ESTIMATE).last().is_some_and(|sent| stable(&sent.frame)));
+}
