@@ -95,7 +95,9 @@ const fn narrow_cost(code: u16) -> Cost {
         // STM, LDM.
         0b11000 | 0b11001 => Cost::Cycles(1 + (code & 0xFF).count_ones()),
         // PUSH and POP.
-        0b10110 | 0b10111 if code & 0x0600 == 0x0400 => Cost::Cycles(1 + (code & 0x1FF).count_ones()),
+        0b10110 | 0b10111 if code & 0x0600 == 0x0400 => {
+            Cost::Cycles(1 + (code & 0x1FF).count_ones())
+        }
         _ => Cost::Cycles(1),
     }
 }

@@ -126,7 +126,9 @@ impl Board {
     /// # Errors
     /// As [`run_for`](Self::run_for).
     pub fn run_until(&mut self, until: u64) -> Result<(), Failure> {
-        self.cpu.run_until(until).map_err(|failure| self.named(failure))
+        self.cpu
+            .run_until(until)
+            .map_err(|failure| self.named(failure))
     }
 
     fn named(&self, failure: Failure) -> Failure {
@@ -239,7 +241,11 @@ impl Board {
     #[must_use]
     pub fn exceptions(&self) -> Vec<(u16, u64)> {
         let machine = self.cpu.machine();
-        machine.exceptions.iter().map(|(&number, &count)| (number, count)).collect()
+        machine
+            .exceptions
+            .iter()
+            .map(|(&number, &count)| (number, count))
+            .collect()
     }
 
     /// Counts instructions by function from now on.

@@ -56,12 +56,7 @@ struct Place {
     enable: Option<(u32, u32)>,
 }
 
-const fn place(
-    name: &'static str,
-    base: u32,
-    part: Part,
-    enable: Option<(u32, u32)>,
-) -> Place {
+const fn place(name: &'static str, base: u32, part: Part, enable: Option<(u32, u32)>) -> Place {
     Place {
         name,
         base,
@@ -166,7 +161,7 @@ impl Default for ChipOptions {
 /// What went over the sensor's bus while its chip select was low.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Transaction {
-    /// When the chip select fell, in units of [`time`](crate::time).
+    /// When the chip select fell, in units of [`time`].
     pub start: u64,
     /// When the sensor's pin had last risen before.
     pub edge: Option<u64>,
@@ -328,7 +323,11 @@ impl Chip {
 
     const fn pclk_of_spi(&self, index: usize) -> u32 {
         let clocks = self.rcc.clocks();
-        if index == 0 { clocks.pclk2 } else { clocks.pclk1 }
+        if index == 0 {
+            clocks.pclk2
+        } else {
+            clocks.pclk1
+        }
     }
 
     const fn pclk_of_usart(&self, index: usize) -> u32 {
@@ -397,7 +396,11 @@ impl Chip {
         for index in 0..self.spis.len() {
             let pclk = self.pclk_of_spi(index);
             if let Some(out) = self.spis[index].take_frame(now) {
-                let answer = if index == 0 { self.exchange(out, now) } else { 0xFF };
+                let answer = if index == 0 {
+                    self.exchange(out, now)
+                } else {
+                    0xFF
+                };
                 self.spis[index].finish_frame(answer, now, pclk);
             }
         }
@@ -419,11 +422,19 @@ impl Chip {
     fn exchange(&mut self, out: u8, now: u64) -> u8 {
         let Some(sensor) = &mut self.sensor else {
             // Nobody drives the line: what the pin is pulled to.
-            return if self.ports[0].is_pulled_up(6) { 0xFF } else { 0 };
+            return if self.ports[0].is_pulled_up(6) {
+                0xFF
+            } else {
+                0
+            };
         };
         sensor.advance_to(to_ns(now));
         if !self.selected {
-            return if self.ports[0].is_pulled_up(6) { 0xFF } else { 0 };
+            return if self.ports[0].is_pulled_up(6) {
+                0xFF
+            } else {
+                0
+            };
         }
         let answer = sensor.exchange(out);
         if let Some(transaction) = self.transactions.as_mut().and_then(|all| all.last_mut()) {
@@ -462,9 +473,7 @@ impl Chip {
             return;
         };
         let high = sensor.pin_is_high(Pin::Int1);
-        self.sensor_edge = sensor
-            .next_rising_edge_ns(Pin::Int1)
-            .map_or(NEVER, from_ns);
+        self.sensor_edge = sensor.next_rising_edge_ns(Pin::Int1).map_or(NEVER, from_ns);
         if high != self.pin_high {
             self.set_pin(high, now);
         }
@@ -575,7 +584,13 @@ impl Chip {
                     .get_mut(..item.size)
                     .is_some_and(|bytes| memory.read(item.memory, bytes));
             if read {
-                self.write_part(memory, now, item.peripheral, item.size, u32::from_le_bytes(bytes))?;
+                self.write_part(
+                    memory,
+                    now,
+                    item.peripheral,
+                    item.size,
+                    u32::from_le_bytes(bytes),
+                )?;
             }
             read
         } else {
@@ -714,7 +729,13 @@ impl Chip {
     }
 
     /// The sensor takes modes 0 and 3 at no more than 10 MHz.
-    fn check_sensor_bus(&self, index: usize, offset: u32, value: u32, pclk: u32) -> Result<(), String> {
+    fn check_sensor_bus(
+        &self,
+        index: usize,
+        offset: u32,
+        value: u32,
+        pclk: u32,
+    ) -> Result<(), String> {
         if index != 0 || offset != 0 || value & 1 << 6 == 0 {
             return Ok(());
         }
@@ -775,7 +796,12 @@ impl Chip {
     ///
     /// # Errors
     /// Where what is there is not modelled or not clocked.
-    pub fn read(&mut self, context: &mut Context, address: u32, size: usize) -> Result<u32, String> {
+    pub fn read(
+        &mut self,
+        context: &mut Context,
+        address: u32,
+        size: usize,
+    ) -> Result<u32, String> {
         let now = context.now;
         if let Some((word, bit)) = bit_band(address) {
             return Ok(self.read_part(now, word)? >> bit & 1);

@@ -33,7 +33,8 @@ impl Image {
     pub fn parse(elf: &[u8]) -> Result<Self, ElfError> {
         use object::read::elf::{FileHeader, ProgramHeader};
         let refused = |error: object::Error| ElfError(error.to_string());
-        let header = object::elf::FileHeader32::<object::Endianness>::parse(elf).map_err(refused)?;
+        let header =
+            object::elf::FileHeader32::<object::Endianness>::parse(elf).map_err(refused)?;
         let endian = header.endian().map_err(refused)?;
         if header.e_machine(endian) != object::elf::EM_ARM {
             return Err(ElfError("it is not for Arm".into()));
@@ -45,11 +46,16 @@ impl Image {
                 .data(endian, elf)
                 .map_err(|()| ElfError("a segment lies outside the file".into()))?;
             if segment.p_type(endian) == object::elf::PT_LOAD && !bytes.is_empty() {
-                image.segments.push((segment.p_paddr(endian), bytes.to_vec()));
+                image
+                    .segments
+                    .push((segment.p_paddr(endian), bytes.to_vec()));
             }
         }
         let file = object::File::parse(elf).map_err(refused)?;
-        debug_assert!(file.segments().all(|segment| segment.address() <= u64::from(u32::MAX)));
+        debug_assert!(
+            file.segments()
+                .all(|segment| segment.address() <= u64::from(u32::MAX))
+        );
         for symbol in file.symbols() {
             if let Ok(name) = symbol.name()
                 && !name.is_empty()

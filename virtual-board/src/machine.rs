@@ -214,7 +214,13 @@ impl Machine {
         *self.exceptions.entry(number).or_default() += 1;
     }
 
-    pub(crate) fn note_fault(&mut self, pc: u32, exception: u16, status: u32, address: Option<u32>) {
+    pub(crate) fn note_fault(
+        &mut self,
+        pc: u32,
+        exception: u16,
+        status: u32,
+        address: Option<u32>,
+    ) {
         // A program that faults for ever must not fill the host's memory.
         if self.faults.len() < 1000 {
             self.faults.push(FaultNote {
@@ -421,7 +427,8 @@ impl Machine {
             let result = if address >= 0xE000_0000 {
                 let shift = 8 * (address & 3);
                 let mask = (u64::from(u32::MAX) >> (32 - 8 * size.min(4))) as u32;
-                let stored = machine.store_private(address & !3, (value & mask) << shift, mask << shift);
+                let stored =
+                    machine.store_private(address & !3, (value & mask) << shift, mask << shift);
                 machine.deadline = machine.systick.next_event().min(machine.chip.next_event());
                 match stored {
                     Some(true) => {
@@ -464,7 +471,9 @@ impl Machine {
         match address {
             0x4000_0000..0x6000_0000 => self.fail(pc, address, "a peripheral that is not modelled"),
             0..0x0010_0000 => self.fail(pc, address, "an access through a null pointer"),
-            0x2200_0000..0x2400_0000 => self.fail(pc, address, "the bit-band alias of RAM is not modelled"),
+            0x2200_0000..0x2400_0000 => {
+                self.fail(pc, address, "the bit-band alias of RAM is not modelled");
+            }
             _ if write => self.stop = Some(Stop::Store { address }),
             _ => self.stop = Some(Stop::Load { address }),
         }

@@ -59,9 +59,17 @@ fn nested_handlers_and_switched_threads_keep_every_bit_of_their_floats() {
         assert!(line.ends_with(&bits), "{line}, the host has {bits}");
     }
     let last = text.lines().last().expect("a summary");
-    assert!(last.contains(&format!("shared {total} of {total} ")), "{last}");
+    assert!(
+        last.contains(&format!("shared {total} of {total} ")),
+        "{last}"
+    );
     assert!(last.ends_with("offences 0"), "{last}");
-    let nested: u32 = last.split(' ').nth(5).expect("a number").parse().expect("a number");
+    let nested: u32 = last
+        .split(' ')
+        .nth(5)
+        .expect("a number")
+        .parse()
+        .expect("a number");
     assert!(nested > 1000, "hardly anything nested: {last}");
 }
 
@@ -72,7 +80,11 @@ fn two_runs_count_the_same_instructions_cycles_and_exceptions() {
         let mut cpu = boot(&image);
         cpu.run_until(10 * time::PER_SECOND).expect("it runs");
         let machine = cpu.machine();
-        (machine.counters(), machine.exceptions.clone(), machine.semihosting.output.clone())
+        (
+            machine.counters(),
+            machine.exceptions.clone(),
+            machine.semihosting.output.clone(),
+        )
     };
     assert_eq!(run(), run());
 }
@@ -94,11 +106,19 @@ fn a_stop_at_any_time_changes_nothing() {
 
 fn misbehave(image: &Image, misdeed: Misdeed) -> Cpu {
     let mut cpu = boot(image);
-    for address in [mailbox::STARTS, mailbox::PC, mailbox::CFSR, mailbox::HFSR, mailbox::HANDLER] {
+    for address in [
+        mailbox::STARTS,
+        mailbox::PC,
+        mailbox::CFSR,
+        mailbox::HFSR,
+        mailbox::HANDLER,
+    ] {
         cpu.memory().write(address, &[0; 4]);
     }
-    cpu.memory().write(mailbox::MISDEED, &(misdeed as u32).to_le_bytes());
-    cpu.run_until(3 * time::PER_SECOND).expect("nothing that is not modelled");
+    cpu.memory()
+        .write(mailbox::MISDEED, &(misdeed as u32).to_le_bytes());
+    cpu.run_until(3 * time::PER_SECOND)
+        .expect("nothing that is not modelled");
     cpu
 }
 
@@ -154,7 +174,11 @@ fn a_stack_that_leaves_ram_ends_in_a_fault() {
     let image = image("board-proofs", "faults");
     let cpu = misbehave(&image, Misdeed::Overflow);
     assert!(!cpu.machine().faults.is_empty());
-    assert!(matches!(cpu.state(), State::LockedUp { .. }), "{:?}", cpu.state());
+    assert!(
+        matches!(cpu.state(), State::LockedUp { .. }),
+        "{:?}",
+        cpu.state()
+    );
 }
 
 /// Instructions as stock QEMU counts them: it writes a line for every block that it executes,
@@ -164,8 +188,20 @@ fn a_kernel_has_as_many_instructions_as_stock_qemu_executes() {
     let path = build("board-proofs", "kernel");
     let log = path.with_extension("qemu-log");
     let output = Command::new("qemu-system-arm")
-        .args(["-machine", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "none"])
-        .args(["-semihosting-config", "enable=on,target=native", "-singlestep"])
+        .args([
+            "-machine",
+            "netduinoplus2",
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "none",
+        ])
+        .args([
+            "-semihosting-config",
+            "enable=on,target=native",
+            "-singlestep",
+        ])
         .args(["-d", "exec,nochain", "-D"])
         .arg(&log)
         .arg("-kernel")
@@ -178,7 +214,11 @@ fn a_kernel_has_as_many_instructions_as_stock_qemu_executes() {
         );
         return;
     };
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let executed = std::io::BufRead::lines(std::io::BufReader::new(
         std::fs::File::open(&log).expect("QEMU wrote a log"),
     ))

@@ -11,7 +11,7 @@ use virtual_board::time;
 
 const MILLISECOND: u64 = time::PER_SECOND / 1000;
 
-/// CANopen's function codes; the node's number is added.
+/// Function codes of `CANopen`; the node's number is added.
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 const HEARTBEAT: u32 = 0x700;
@@ -49,13 +49,25 @@ fn it_sends_an_estimate_every_millisecond_and_calls_a_still_foot_stable() {
         .iter()
         .filter(|sent| sent.time > 1_000 * MILLISECOND)
         .collect();
-    assert!((995..=1005).contains(&last_second.len()), "{}", last_second.len());
+    assert!(
+        (995..=1005).contains(&last_second.len()),
+        "{}",
+        last_second.len()
+    );
     assert!(last_second.iter().all(|sent| stable(&sent.frame)));
     let offences = {
         let machine = board.cpu().machine();
-        machine.chip.sensor.as_ref().map(|sensor| sensor.offences().to_vec())
+        machine
+            .chip
+            .sensor
+            .as_ref()
+            .map(|sensor| sensor.offences().to_vec())
     };
-    assert_eq!(offences, Some(Vec::new()), "registers of the sensor were misused");
+    assert_eq!(
+        offences,
+        Some(Vec::new()),
+        "registers of the sensor were misused"
+    );
 }
 
 #[test]
@@ -67,7 +79,12 @@ fn two_runs_give_identical_bytes_at_identical_times() {
         board.push_uart(b"garbage \x00\x01\x02");
         board.push_can(Frame::new(0x000, &[0x80, 0x00]));
         run(&mut board, 500);
-        (board.take_uart(), board.take_can(), board.counters(), board.exceptions())
+        (
+            board.take_uart(),
+            board.take_can(),
+            board.counters(),
+            board.exceptions(),
+        )
     };
     assert_eq!(outcome(), outcome());
 }
@@ -76,7 +93,13 @@ fn two_runs_give_identical_bytes_at_identical_times() {
 fn it_is_never_stable_while_its_sensor_gives_no_edges_and_says_what_is_wrong() {
     use lsm6dsox::sim::Fault::{DataReadyLost, FrozenOutput, MisoStuckHigh, MisoStuckLow, Reset};
     let Some(elf) = product() else { return };
-    for fault in [DataReadyLost, FrozenOutput, MisoStuckHigh, MisoStuckLow, Reset] {
+    for fault in [
+        DataReadyLost,
+        FrozenOutput,
+        MisoStuckHigh,
+        MisoStuckLow,
+        Reset,
+    ] {
         let mut board = Board::from_elf(&elf).expect("it fits the flash");
         run(&mut board, 1_500);
         board.take_can();
@@ -88,7 +111,10 @@ fn it_is_never_stable_while_its_sensor_gives_no_edges_and_says_what_is_wrong() {
         let Some(first) = emergencies.first() else {
             panic!("{fault:?} was not told");
         };
-        println!("{fault:?}: told after {:.1} ms", time::to_us(first.time - start) / 1000.0);
+        println!(
+            "{fault:?}: told after {:.1} ms",
+            time::to_us(first.time - start) / 1000.0
+        );
         let after: Vec<_> = of(&frames, ESTIMATE)
             .into_iter()
             .filter(|sent| sent.time > first.time)
@@ -121,7 +147,11 @@ fn it_comes_back_from_bus_off() {
     board.inject(Fault::Clear);
     run(&mut board, 300);
     let frames = board.take_can();
-    assert!(of(&frames, ESTIMATE).len() > 200, "{} estimates", of(&frames, ESTIMATE).len());
+    assert!(
+        of(&frames, ESTIMATE).len() > 200,
+        "{} estimates",
+        of(&frames, ESTIMATE).len()
+    );
     assert!(!of(&frames, EMERGENCY).is_empty(), "bus-off was not told");
 }
 
@@ -138,7 +168,10 @@ fn it_goes_on_without_anybody_who_acknowledges_and_under_a_full_bus() {
         board.inject(Fault::Clear);
         run(&mut board, 500);
         assert_eq!(board.resets(), [], "{fault:?}");
-        assert!(!board.take_uart().is_empty(), "{fault:?}: the serial line stopped");
+        assert!(
+            !board.take_uart().is_empty(),
+            "{fault:?}: the serial line stopped"
+        );
         assert!(of(&board.take_can(), ESTIMATE).len() > 400, "{fault:?}");
     }
 }
@@ -155,7 +188,10 @@ fn it_measures_without_its_crystal_and_stays_off_the_bus() {
     run(&mut board, 1_500);
     assert_eq!(board.resets(), []);
     assert!(!board.take_uart().is_empty(), "the serial line is silent");
-    assert!(board.take_can().is_empty(), "1 % of clock error is too much for CAN");
+    assert!(
+        board.take_can().is_empty(),
+        "1 % of clock error is too much for CAN"
+    );
 }
 
 #[test]
@@ -169,5 +205,9 @@ fn it_starts_again_after_the_supply_dips() {
     let resets: Vec<_> = board.resets().iter().map(|&(_, cause)| cause).collect();
     assert_eq!(resets, [ResetCause::BrownOut]);
     let frames = board.take_can();
-    assert!(of(&frames, ESTIMATE).last().is_some_and(|sent| stable(&sent.frame)));
+    assert!(
+        of(&frames, ESTIMATE)
+            .last()
+            .is_some_and(|sent| stable(&sent.frame))
+    );
 }

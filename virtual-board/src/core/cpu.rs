@@ -15,7 +15,6 @@ use crate::machine::{Machine, Memory, RunningBlock, Stop};
 
 type Engine = Unicorn<'static, ()>;
 
-
 /// Where peripherals live: start and length.
 const WINDOWS: [(u64, u64); 4] = [
     (0x4000_0000, 0x0008_0000),
@@ -98,9 +97,9 @@ impl Memory for Unicorn<'_, ()> {
 }
 
 fn is_memory(address: u32, length: usize) -> bool {
-    MEMORIES.iter().any(|&(start, size, _)| {
-        address >= start && (address - start) as usize + length <= size
-    })
+    MEMORIES
+        .iter()
+        .any(|&(start, size, _)| address >= start && (address - start) as usize + length <= size)
 }
 
 /// What the core does.
@@ -257,26 +256,23 @@ impl Cpu {
         self.engine.ctl_set_tlb_type(TlbType::VIRTUAL)?;
         let machine = Rc::clone(&self.machine);
         let runs_from_ram = Rc::clone(&self.runs_from_ram);
-        self.engine.add_tlb_hook(1, 0, move |engine, address, kind| {
-            let fetch = kind == MemType::FETCH;
-            let data_only = is_ram(address as u32) && !runs_from_ram.get();
-            if fetch && data_only {
-                machine.borrow_mut().stop = Some(Stop::FetchFault);
-                return None;
-            }
-            if !fetch {
-                // As in the hook for peripherals.
-                let _ = engine.reg_write(RegisterARM::EPSR, 0x0100_0000);
-            }
-            Some(TlbEntry {
-                paddr: address,
-                perms: if data_only {
-                    Prot(1 | 2)
-                } else {
-                    Prot::ALL
-                },
-            })
-        })?;
+        self.engine
+            .add_tlb_hook(1, 0, move |engine, address, kind| {
+                let fetch = kind == MemType::FETCH;
+                let data_only = is_ram(address as u32) && !runs_from_ram.get();
+                if fetch && data_only {
+                    machine.borrow_mut().stop = Some(Stop::FetchFault);
+                    return None;
+                }
+                if !fetch {
+                    // As in the hook for peripherals.
+                    let _ = engine.reg_write(RegisterARM::EPSR, 0x0100_0000);
+                }
+                Some(TlbEntry {
+                    paddr: address,
+                    perms: if data_only { Prot(1 | 2) } else { Prot::ALL },
+                })
+            })?;
         Ok(())
     }
 
@@ -514,7 +510,11 @@ impl Cpu {
                 self.fault(pc, Fault::bus(cfsr::IMPRECISERR, None), Some(address));
             }
             Some(Stop::Load { address }) => {
-                self.fault(pc, Fault::bus(cfsr::PRECISERR | cfsr::BFARVALID, Some(address)), None);
+                self.fault(
+                    pc,
+                    Fault::bus(cfsr::PRECISERR | cfsr::BFARVALID, Some(address)),
+                    None,
+                );
             }
             Some(Stop::FetchFault) => {
                 if pc >= 0xFFFF_FF00 {
@@ -528,13 +528,20 @@ impl Cpu {
                     self.fault(pc, Fault::bus(cfsr::IBUSERR, None), None);
                 }
             }
-            Some(Stop::NoFloat { instructions, offset }) => self.without_float(instructions, offset)?,
+            Some(Stop::NoFloat {
+                instructions,
+                offset,
+            }) => self.without_float(instructions, offset)?,
             Some(Stop::Exception(2)) => self.call(pc),
             Some(Stop::Exception(7)) => self.breakpoint(pc)?,
             Some(Stop::Exception(8)) => self.leave(pc),
             Some(Stop::Exception(22)) => self.fault(pc, Fault::usage(cfsr::UNALIGNED), None),
             Some(Stop::Exception(number)) => {
-                return Err(Failure::new(pc, None, format!("the engine stopped with {number}")));
+                return Err(Failure::new(
+                    pc,
+                    None,
+                    format!("the engine stopped with {number}"),
+                ));
             }
             Some(Stop::Invalid) => {
                 let last = self.half(pc.wrapping_sub(2));
@@ -555,7 +562,11 @@ impl Cpu {
                 }
                 Ok(()) => {}
                 Err(error) => {
-                    return Err(Failure::new(pc, None, format!("the engine failed: {error:?}")));
+                    return Err(Failure::new(
+                        pc,
+                        None,
+                        format!("the engine failed: {error:?}"),
+                    ));
                 }
             },
         }
@@ -613,13 +624,24 @@ impl Cpu {
     fn call(&mut self, pc: u32) {
         let (priority, running) = {
             let machine = self.machine.borrow();
-            (machine.nvic.priority_of(exception::SV_CALL), self.execution_priority())
+            (
+                machine.nvic.priority_of(exception::SV_CALL),
+                self.execution_priority(),
+            )
         };
         if priority < running {
             self.enter(exception::SV_CALL, pc);
         } else {
             // The call itself is at the address that the fault tells.
-            self.fault(pc.wrapping_sub(2), Fault { number: exception::SV_CALL, status: 0, address: None }, None);
+            self.fault(
+                pc.wrapping_sub(2),
+                Fault {
+                    number: exception::SV_CALL,
+                    status: 0,
+                    address: None,
+                },
+                None,
+            );
         }
     }
 
@@ -646,7 +668,12 @@ impl Cpu {
         let running = self.execution_priority();
         let number = {
             let mut machine = self.machine.borrow_mut();
-            machine.note_fault(pc, fault.number, fault.status, fault.address.or(late_address));
+            machine.note_fault(
+                pc,
+                fault.number,
+                fault.status,
+                fault.address.or(late_address),
+            );
             machine.scb.cfsr |= fault.status;
             if let Some(address) = fault.address {
                 machine.scb.bfar = address;
@@ -740,7 +767,12 @@ impl Cpu {
         let failed = !stacked && number != exception::HARD_FAULT;
         if !stacked {
             machine.scb.cfsr |= cfsr::STKERR;
-            machine.note_fault(return_address, exception::BUS_FAULT, cfsr::STKERR, Some(frame));
+            machine.note_fault(
+                return_address,
+                exception::BUS_FAULT,
+                cfsr::STKERR,
+                Some(frame),
+            );
         }
         drop(machine);
         match vector {
@@ -761,7 +793,9 @@ impl Cpu {
             machine.scb.hfsr |= FORCED;
             machine.nvic.begin(exception::HARD_FAULT);
             machine.count_exception(exception::HARD_FAULT);
-            let vector = self.engine.word(table + 4 * u32::from(exception::HARD_FAULT));
+            let vector = self
+                .engine
+                .word(table + 4 * u32::from(exception::HARD_FAULT));
             drop(machine);
             self.set(RegisterARM::IPSR, u32::from(exception::HARD_FAULT));
             self.set(RegisterARM::PC, vector.unwrap_or(1));
@@ -849,9 +883,10 @@ impl Cpu {
 
         let mut machine = self.machine.borrow_mut();
         // The stack is not popped and pushed between two handlers.
-        let tail = machine.nvic.next().is_some_and(|(_, priority)| {
-            priority < machine.nvic.active_priority().min(THREAD)
-        });
+        let tail = machine
+            .nvic
+            .next()
+            .is_some_and(|(_, priority)| priority < machine.nvic.active_priority().min(THREAD));
         if !tail {
             machine.spend(EXIT);
         }

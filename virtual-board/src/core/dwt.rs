@@ -18,7 +18,7 @@ impl Dwt {
         }
     }
 
-    /// Reads a register at an offset from 0xE000_1000, `cycles` awake since power-up.
+    /// Reads a register at an offset from `0xE000_1000`, `cycles` awake since power-up.
     #[must_use]
     pub fn read(&self, offset: u32, cycles: u64) -> Option<u32> {
         match offset {

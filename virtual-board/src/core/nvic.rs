@@ -218,7 +218,7 @@ impl Nvic {
         }
     }
 
-    /// Reads a word of the register block at 0xE000_E100.
+    /// Reads a word of the register block at `0xE000_E100`.
     #[must_use]
     pub fn read(&self, offset: u32) -> u32 {
         let bits = |of: &dyn Fn(usize) -> bool| {
@@ -260,8 +260,11 @@ impl Nvic {
                 }
             }
             0x300..0x3F0 => {
-                for (i, (byte, mask)) in
-                    value.to_le_bytes().into_iter().zip(mask.to_le_bytes()).enumerate()
+                for (i, (byte, mask)) in value
+                    .to_le_bytes()
+                    .into_iter()
+                    .zip(mask.to_le_bytes())
+                    .enumerate()
                 {
                     if mask != 0 {
                         self.set_priority_register(16 + (offset - 0x300) as usize + i, byte);

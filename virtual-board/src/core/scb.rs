@@ -92,7 +92,7 @@ impl Scb {
         self.demcr & 1 << 24 != 0
     }
 
-    /// Reads a word at an offset from 0xE000_E000; `None` where nothing is modelled.
+    /// Reads a word at an offset from `0xE000_E000`; `None` where nothing is modelled.
     #[must_use]
     pub fn read(&self, offset: u32, nvic: &Nvic, exception_number: u16) -> Option<u32> {
         Some(match offset {
@@ -184,8 +184,11 @@ impl Scb {
             0xD14 if merged(self.ccr) & 0x18 != 0 => return None,
             0xD14 => self.ccr = merged(self.ccr),
             0xD18..=0xD20 => {
-                for (i, (byte, mask)) in
-                    value.to_le_bytes().into_iter().zip(mask.to_le_bytes()).enumerate()
+                for (i, (byte, mask)) in value
+                    .to_le_bytes()
+                    .into_iter()
+                    .zip(mask.to_le_bytes())
+                    .enumerate()
                 {
                     if mask != 0 {
                         nvic.set_priority_register(4 + (offset - 0xD18) as usize + i, byte);

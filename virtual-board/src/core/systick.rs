@@ -76,7 +76,7 @@ impl SysTick {
         pend
     }
 
-    /// Reads a register at an offset from 0xE000_E010.
+    /// Reads a register at an offset from `0xE000_E010`.
     pub fn read(&mut self, offset: u32, now: u64) -> u32 {
         match offset {
             0 => {

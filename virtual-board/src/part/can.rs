@@ -34,7 +34,10 @@ impl Frame {
     const fn rank(&self) -> u64 {
         // Eleven bits, then RTR or SRR, IDE, eighteen bits, RTR.
         if self.extended {
-            (self.id as u64 >> 18) << 21 | 0b11 << 19 | (self.id as u64 & 0x3_FFFF) << 1 | self.remote as u64
+            (self.id as u64 >> 18) << 21
+                | 0b11 << 19
+                | (self.id as u64 & 0x3_FFFF) << 1
+                | self.remote as u64
         } else {
             (self.id as u64) << 21 | (self.remote as u64) << 20
         }
@@ -122,12 +125,23 @@ impl Mailbox {
     fn frame(&self) -> Frame {
         let [identifier, length, low, high] = self.registers;
         let extended = identifier & 4 != 0;
-        let data: Vec<u8> = low.to_le_bytes().into_iter().chain(high.to_le_bytes()).collect();
+        let data: Vec<u8> = low
+            .to_le_bytes()
+            .into_iter()
+            .chain(high.to_le_bytes())
+            .collect();
         Frame {
-            id: if extended { identifier >> 3 } else { identifier >> 21 },
+            id: if extended {
+                identifier >> 3
+            } else {
+                identifier >> 21
+            },
             extended,
             remote: identifier & 2 != 0,
-            data: data.into_iter().take((length & 0xF).min(8) as usize).collect(),
+            data: data
+                .into_iter()
+                .take((length & 0xF).min(8) as usize)
+                .collect(),
         }
     }
 }
@@ -309,8 +323,7 @@ impl Can {
     }
 
     fn hears_others(&self) -> bool {
-        self.timing & LOOPBACK == 0
-            && matches!(self.fault, BusFault::None | BusFault::Saturated)
+        self.timing & LOOPBACK == 0 && matches!(self.fault, BusFault::None | BusFault::Saturated)
     }
 
     /// Lets time pass.
@@ -654,11 +667,13 @@ impl Can {
             0x180..0x1B0 => {
                 let at = offset as usize - 0x180;
                 let mailbox = &self.mailboxes[at / 16];
-                mailbox.registers[at % 16 / 4] | u32::from(mailbox.pending && at % 16 == 0)
+                mailbox.registers[at % 16 / 4] | u32::from(mailbox.pending && at.is_multiple_of(16))
             }
             0x1B0..0x1D0 => {
                 let at = offset as usize - 0x1B0;
-                self.fifo[at / 16].front().map_or(0, |entry| entry[at % 16 / 4])
+                self.fifo[at / 16]
+                    .front()
+                    .map_or(0, |entry| entry[at % 16 / 4])
             }
             0x200 => self.filter_master,
             0x204 => self.filter_mode,

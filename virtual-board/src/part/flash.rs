@@ -110,7 +110,12 @@ impl Flash {
     ///
     /// # Errors
     /// Where there is none.
-    pub fn write(&mut self, offset: u32, value: u32, memory: &mut dyn Memory) -> Result<(), String> {
+    pub fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        memory: &mut dyn Memory,
+    ) -> Result<(), String> {
         match offset {
             0x00 => self.access = value & 0x1F07 & !0x1800,
             0x04 => {

@@ -30,7 +30,11 @@ impl Default for Iwdg {
 impl Iwdg {
     const fn period(&self) -> u64 {
         // 6 and 7 both mean 256.
-        let shift = if self.prescaler > 6 { 6 } else { self.prescaler };
+        let shift = if self.prescaler > 6 {
+            6
+        } else {
+            self.prescaler
+        };
         time::cycle(LSI) * (4 << shift) * (self.reload as u64 + 1)
     }
 

@@ -193,7 +193,8 @@ impl Rcc {
         self.registers[index] = value;
         match index {
             CR => {
-                let turned = |bit: u32| (value & !old & 1 << bit != 0, old & !value & 1 << bit != 0);
+                let turned =
+                    |bit: u32| (value & !old & 1 << bit != 0, old & !value & 1 << bit != 0);
                 match turned(16) {
                     (true, _) if self.crystal.is_some() => self.hse_ready_at = now + HSE_START,
                     (_, true) => self.hse_ready_at = time::NEVER,
@@ -250,7 +251,9 @@ impl Rcc {
         let multiplier = self.registers[PLLCFGR] >> 6 & 0x1FF;
         let vco = u64::from(input) * u64::from(multiplier);
         if !(950_000..=2_100_000).contains(&input) || !(100_000_000..=432_000_000).contains(&vco) {
-            return Err(format!("the PLL's input is {input} Hz and its oscillator {vco} Hz"));
+            return Err(format!(
+                "the PLL's input is {input} Hz and its oscillator {vco} Hz"
+            ));
         }
         Ok(())
     }
@@ -275,7 +278,13 @@ impl Rcc {
         let apb = |field: u32| if field & 4 == 0 { 0 } else { (field & 3) + 1 };
         let (apb1, apb2) = (apb(configuration >> 10 & 7), apb(configuration >> 13 & 7));
         let hclk = system >> ahb;
-        let timer = |shift: u32| if shift == 0 { hclk } else { (hclk >> shift) * 2 };
+        let timer = |shift: u32| {
+            if shift == 0 {
+                hclk
+            } else {
+                (hclk >> shift) * 2
+            }
+        };
         self.clocks = Clocks {
             hclk,
             pclk1: hclk >> apb1,

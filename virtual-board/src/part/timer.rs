@@ -107,8 +107,8 @@ impl Timer {
         if !self.runs() {
             return NEVER;
         }
-        let update = (self.interrupts & UIF != 0 || self.control[0] & OPM != 0)
-            .then(|| self.steps_to(0));
+        let update =
+            (self.interrupts & UIF != 0 || self.control[0] & OPM != 0).then(|| self.steps_to(0));
         (0..4)
             .filter(|&channel| self.interrupts & 2 << channel != 0 && !self.is_capture(channel))
             .map(|channel| self.steps_to(u64::from(self.compares[channel])))
@@ -236,7 +236,9 @@ impl Timer {
             0x04 => self.control[1] = value,
             0x08 if value & 7 != 0 => return Err(format!("{} has no slave mode", self.name)),
             0x08 => self.slave = value,
-            0x0C if value & 0x7F00 != 0 => return Err(format!("{} does not ask for DMA", self.name)),
+            0x0C if value & 0x7F00 != 0 => {
+                return Err(format!("{} does not ask for DMA", self.name));
+            }
             0x0C => self.interrupts = value,
             // A one leaves a flag as it is.
             0x10 => self.status &= value,

@@ -81,13 +81,20 @@ impl Usart {
         } else {
             (self.divider & 0xFFF0) >> 1 | self.divider & 7
         };
-        if divider == 0 { 0 } else { pclk / divider }
+        match pclk.checked_div(divider) {
+            Some(rate) => rate,
+            None => 0,
+        }
     }
 
     const fn frame(&self, pclk: u32) -> u64 {
         let stop = if self.control[1] >> 12 & 3 == 2 { 2 } else { 1 };
         let rate = self.rate(pclk);
-        if rate == 0 { NEVER } else { (9 + stop) * cycle(rate) }
+        if rate == 0 {
+            NEVER
+        } else {
+            (9 + stop) * cycle(rate)
+        }
     }
 
     /// Puts bytes on the line, the first from `time` on.
@@ -97,7 +104,10 @@ impl Usart {
             NEVER => 10 * cycle(115_200),
             frame => frame,
         };
-        let mut at = self.incoming.back().map_or(time, |last| last.time.max(time));
+        let mut at = self
+            .incoming
+            .back()
+            .map_or(time, |last| last.time.max(time));
         for &byte in bytes {
             at += frame;
             self.incoming.push_back(TimedByte { time: at, byte });
@@ -141,7 +151,10 @@ impl Usart {
                 self.status |= RXNE;
             }
             let frame = self.frame(pclk);
-            let follows = self.incoming.front().is_some_and(|next| next.time <= time + frame);
+            let follows = self
+                .incoming
+                .front()
+                .is_some_and(|next| next.time <= time + frame);
             self.idle_at = if follows { NEVER } else { time + frame };
             return;
         }

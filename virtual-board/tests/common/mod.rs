@@ -27,7 +27,15 @@ pub fn build(package: &str, program: &str) -> PathBuf {
     let directory = workspace().join("target").join("board");
     let status = Command::new(env!("CARGO"))
         .current_dir(workspace())
-        .args(["build", "--release", "--locked", "-p", package, "--bin", program])
+        .args([
+            "build",
+            "--release",
+            "--locked",
+            "-p",
+            package,
+            "--bin",
+            program,
+        ])
         .args(["--target", TARGET, "--target-dir"])
         .arg(&directory)
         .env_remove("RUSTFLAGS")

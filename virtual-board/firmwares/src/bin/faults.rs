@@ -81,7 +81,8 @@ fn main() -> ! {
         // SAFETY: as above.
         Some(Misdeed::Store) => unsafe { do_store(0x6000_0000) },
         Some(Misdeed::Float) => {
-            core.SCB.enable(cortex_m::peripheral::scb::Exception::UsageFault);
+            core.SCB
+                .enable(cortex_m::peripheral::scb::Exception::UsageFault);
             // SAFETY: switches the floating-point unit off, whose use then faults.
             unsafe {
                 core.SCB.cpacr.write(0);

@@ -21,7 +21,9 @@ fn main() -> ! {
         }
         black_box(&mut words);
     }
-    let sum = words.iter().fold(0_u32, |sum, word| sum.wrapping_add(*word));
+    let sum = words
+        .iter()
+        .fold(0_u32, |sum, word| sum.wrapping_add(*word));
     hprintln!("{:08x?} {:08x}", orbit.bits(), sum);
     debug::exit(debug::EXIT_SUCCESS);
     loop {

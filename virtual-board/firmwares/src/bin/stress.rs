@@ -1,4 +1,4 @@
-//! Nested priorities with floats in every handler, two threads that PendSV switches between, and
+//! Nested priorities with floats in every handler, two threads that `PendSV` switches between, and
 //! sections under BASEPRI and PRIMASK. Prints what everybody came to.
 
 #![no_std]
@@ -20,7 +20,7 @@ const TICKS: u32 = 3_000;
 /// Steps of an orbit in each half of a handler.
 const STEPS: u32 = 5;
 
-/// What one context owns, told apart by its index: three interrupts, SysTick, two threads.
+/// What one context owns, told apart by its index: three interrupts, `SysTick`, two threads.
 struct Orbits([UnsafeCell<Orbit>; 6]);
 
 // SAFETY: each cell is used by one context only, and read by `main` when all others have ended.
