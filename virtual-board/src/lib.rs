@@ -9,5 +9,7 @@ pub mod core;
 pub mod elf;
 pub mod failure;
 pub mod machine;
+pub mod motion;
+pub mod parity;
 pub mod part;
 pub mod time;
