@@ -248,6 +248,26 @@ impl Board {
             .collect()
     }
 
+    /// Counts the instructions of functions whose name contains `part` apart, from now on: how
+    /// many functions there are.
+    pub fn watch_functions(&mut self, part: &str) -> usize {
+        let ranges: Vec<(u32, u32)> = self
+            .image
+            .functions
+            .iter()
+            .filter(|(_, _, name)| name.contains(part))
+            .map(|&(start, size, _)| (start, size))
+            .collect();
+        self.cpu.machine().watch(&ranges);
+        ranges.len()
+    }
+
+    /// Instructions of the functions watched.
+    #[must_use]
+    pub fn watched_instructions(&self) -> u64 {
+        self.cpu.machine().watched_instructions
+    }
+
     /// Counts instructions by function from now on.
     pub fn start_profile(&mut self) {
         self.cpu.machine().start_profile();

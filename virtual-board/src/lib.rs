@@ -12,4 +12,5 @@ pub mod machine;
 pub mod motion;
 pub mod parity;
 pub mod part;
+pub mod report;
 pub mod time;

@@ -98,6 +98,9 @@ pub struct Machine {
     pub(crate) probes: HashMap<u32, Probe>,
     /// Instructions by half-word of flash; empty where nobody wants to know.
     pub(crate) profile: Vec<u64>,
+    /// Half-words of flash whose instructions are counted apart; empty where none are.
+    pub(crate) watched: Vec<bool>,
+    pub(crate) watched_instructions: u64,
     pub(crate) stop: Option<Stop>,
     pub(crate) failure: Option<Failure>,
     pub(crate) running: Option<RunningBlock>,
@@ -149,6 +152,8 @@ impl Machine {
             faults: Vec::new(),
             probes: HashMap::new(),
             profile: Vec::new(),
+            watched: Vec::new(),
+            watched_instructions: 0,
             stop: None,
             failure: None,
             running: None,
@@ -161,6 +166,17 @@ impl Machine {
             period,
             deadline: 0,
             blocks: vec![Block::default(); FLASH_SIZE / 2],
+        }
+    }
+
+    /// Counts the instructions at these addresses apart, from now on.
+    pub fn watch(&mut self, ranges: &[(u32, u32)]) {
+        self.watched = vec![false; FLASH_SIZE / 2];
+        for &(start, size) in ranges {
+            let first = (start.wrapping_sub(FLASH) / 2) as usize;
+            if let Some(places) = self.watched.get_mut(first..first + size as usize / 2) {
+                places.fill(true);
+            }
         }
     }
 
@@ -238,11 +254,12 @@ impl Machine {
         let block = &running.block;
         let end = running.address.wrapping_add(block.size);
         self.instructions += u64::from(block.instructions);
-        if let Some(count) = self
-            .profile
-            .get_mut((running.address.wrapping_sub(FLASH) / 2) as usize)
-        {
+        let place = (running.address.wrapping_sub(FLASH) / 2) as usize;
+        if let Some(count) = self.profile.get_mut(place) {
             *count += u64::from(block.instructions);
+        }
+        if self.watched.get(place) == Some(&true) {
+            self.watched_instructions += u64::from(block.instructions);
         }
         self.spend(u64::from(block.cycles) + if next == end { 0 } else { TAKEN });
         block.sends_event

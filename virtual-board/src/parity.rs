@@ -3,7 +3,9 @@
 //! The codes are taken from the sensor's bus, the times of the samples from the messages that the
 //! ELF sends over its serial line; the host's estimator runs over both.
 
-use estimator_core::{ContactEstimate, ContactEstimator, ImuSample, Saturation, Timestamp, Validity};
+use estimator_core::{
+    ContactEstimate, ContactEstimator, ImuSample, Saturation, Timestamp, Validity,
+};
 use lsm6dsox::scale::{AccelFullScale, Codes, FullScale, GyroFullScale};
 use wire::settings::WINDOW_CAPACITY;
 use wire::uart::{ContactMessage, RawSample};
@@ -52,8 +54,14 @@ struct Burst {
     force: [i16; 3],
 }
 
+/// Whether a transaction reads a sample.
+#[must_use]
+pub fn is_sample(transaction: &Transaction) -> bool {
+    transaction.back.len() == BURST && transaction.out.first() == Some(&READ_STATUS)
+}
+
 fn burst(transaction: &Transaction) -> Option<Burst> {
-    if transaction.back.len() != BURST || transaction.out.first() != Some(&READ_STATUS) {
+    if !is_sample(transaction) {
         return None;
     }
     let word = |at: usize| i16::from_le_bytes([transaction.back[at], transaction.back[at + 1]]);

@@ -2,12 +2,17 @@
 
 mod common;
 
+use std::path::PathBuf;
+
 use common::product;
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::chip::ChipOptions;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
 use virtual_board::part::rcc::ResetCause;
-use virtual_board::time;
+use virtual_board::report::{self, Run};
+use virtual_board::{motion, time};
+use wire::uart::{self, ConfigSet, Message};
+use wire::{Address, Value};
 
 const MILLISECOND: u64 = time::PER_SECOND / 1000;
 
@@ -210,4 +215,98 @@ fn it_starts_again_after_the_supply_dips() {
             .last()
             .is_some_and(|sent| stable(&sent.frame))
     );
+}
+
+fn walking(elf: &[u8], seconds: f64) -> Board {
+    let gait = motion::gait(footfall::gait::GaitName::Walk, seconds, 1);
+    Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits the flash")
+}
+
+fn directory(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+#[test]
+fn every_estimate_of_a_walk_has_the_bits_that_the_host_computes_from_the_same_codes() {
+    let Some(elf) = product() else { return };
+    let mut board = walking(&elf, 60.0);
+    let run = Run {
+        milliseconds: 60_000,
+        faults: Vec::new(),
+    };
+    let report = report::run(&mut board, &run, &directory("parity")).expect("it runs");
+    assert!(
+        report["parity_compared"].as_u64() > Some(59_900),
+        "{report:#}"
+    );
+    assert_eq!(report["parity_mismatches"], 0, "{report:#}");
+    assert_eq!(report["late_ticks"], 0, "{report:#}");
+    assert_eq!(report["drops"]["can"], 0, "{report:#}");
+    assert_eq!(report["drops"]["uart"], 0, "{report:#}");
+    println!("{report:#}");
+}
+
+#[test]
+fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
+    let Some(elf) = product() else { return };
+    let files = [
+        "uart.bin",
+        "can.log",
+        "samples.csv",
+        "plot.svg",
+        "report.json",
+    ];
+    let run = Run {
+        milliseconds: 1_500,
+        faults: vec![(
+            "frozen".into(),
+            Fault::Sensor(lsm6dsox::sim::Fault::FrozenOutput),
+            1_000,
+        )],
+    };
+    let outcome = |name: &str| {
+        let out = directory(name);
+        report::run(&mut walking(&elf, 2.0), &run, &out).expect("it runs");
+        files.map(|file| std::fs::read(out.join(file)).expect("it was written"))
+    };
+    let (first, second) = (outcome("first"), outcome("second"));
+    for ((file, first), second) in files.iter().zip(first).zip(second) {
+        assert!(!first.is_empty(), "{file} is empty");
+        assert!(first == second, "{file} differs");
+    }
+}
+
+/// Asks the board over its serial line to keep its settings.
+fn save(board: &mut Board) {
+    let store = Message::ConfigSet(ConfigSet {
+        address: Address::new(0x1010, 1),
+        value: Value::U32(u32::from_le_bytes(*b"save")).into(),
+    });
+    board.push_uart(uart::encode(0, &store).as_bytes());
+}
+
+#[test]
+fn settings_are_kept_in_flash_and_a_cut_of_the_supply_at_any_write_leaves_a_board_that_starts() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits the flash");
+    run(&mut board, 1_000);
+    save(&mut board);
+    run(&mut board, 2_000);
+    let operations = board.cpu().machine().chip.flash.operations;
+    assert!(operations > 0, "nothing was written");
+    println!("{operations} operations of flash");
+    for cut in (1..=operations).step_by(operations.div_ceil(8).max(1) as usize) {
+        let mut board = Board::from_elf(&elf).expect("it fits the flash");
+        run(&mut board, 1_000);
+        board.inject(Fault::CutInFlash(cut));
+        save(&mut board);
+        run(&mut board, 4_000);
+        let resets: Vec<_> = board.resets().iter().map(|&(_, cause)| cause).collect();
+        assert_eq!(resets, [ResetCause::PowerOn], "cut at {cut}");
+        let frames = board.take_can();
+        let last = of(&frames, ESTIMATE)
+            .last()
+            .is_some_and(|sent| stable(&sent.frame));
+        assert!(last, "cut at {cut}: no estimates afterwards");
+    }
 }
