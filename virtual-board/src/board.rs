@@ -19,6 +19,9 @@ const CONSOLE: usize = 0;
 /// The load sensor's channel: PC0.
 const LOAD: usize = 10;
 
+/// A branch to itself.
+const ENDLESS_LOOP: u16 = 0xE7FE;
+
 /// How a board is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardOptions {
@@ -68,6 +71,10 @@ pub enum Fault {
     CutInFlash(u64),
     /// The load sensor's voltage becomes this.
     Load(u16),
+    /// The core jumps to where nothing is.
+    Derail,
+    /// The core hangs in an endless loop with interrupts masked.
+    Hang,
     /// Every fault of the sensor and of the bus goes.
     Clear,
 }
@@ -191,6 +198,16 @@ impl Board {
 
     /// Lets something go wrong now.
     pub fn inject(&mut self, fault: Fault) {
+        match fault {
+            Fault::Derail => return self.cpu.derail(0x6000_0000, false),
+            Fault::Hang => {
+                // At the far end of the stack, which nobody uses while all is well.
+                let start = 0x2000_0000;
+                self.cpu.memory().write(start, &ENDLESS_LOOP.to_le_bytes());
+                return self.cpu.derail(start, true);
+            }
+            _ => {}
+        }
         let mut machine = self.cpu.machine();
         let now = machine.now;
         match fault {
@@ -205,6 +222,7 @@ impl Board {
                 machine.chip.flash.cut_at = Some(done + operations);
             }
             Fault::Load(code) => machine.chip.adc.inputs[LOAD] = code,
+            Fault::Derail | Fault::Hang => {}
             Fault::Clear => {
                 machine.chip.with_sensor(now, Sensor::clear_faults);
                 machine.chip.can.set_fault(BusFault::None);

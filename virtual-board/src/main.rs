@@ -78,6 +78,8 @@ fn faults() -> Vec<(&'static str, Option<Fault>)> {
         ("brown-out", Some(Fault::BrownOut)),
         ("reset", Some(Fault::Reset)),
         ("power-cut-in-flash", Some(Fault::CutInFlash(1))),
+        ("hard-fault", Some(Fault::Derail)),
+        ("hang", Some(Fault::Hang)),
         ("clear", Some(Fault::Clear)),
         ("no-crystal", None),
     ]

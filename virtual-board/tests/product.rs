@@ -310,3 +310,63 @@ fn settings_are_kept_in_flash_and_a_cut_of_the_supply_at_any_write_leaves_a_boar
         assert!(last, "cut at {cut}: no estimates afterwards");
     }
 }
+
+#[test]
+fn a_hard_fault_and_a_hang_end_in_a_reset_that_the_next_start_tells_of() {
+    let Some(elf) = product() else { return };
+    for (fault, cause) in [
+        (Fault::Derail, ResetCause::Software),
+        (Fault::Hang, ResetCause::Watchdog),
+    ] {
+        let mut board = Board::from_elf(&elf).expect("it fits the flash");
+        run(&mut board, 1_000);
+        board.take_can();
+        board.inject(fault);
+        run(&mut board, 3_500);
+        let resets = board.resets();
+        let [(time, seen)] = resets[..] else {
+            panic!("{fault:?}: {resets:?}");
+        };
+        assert_eq!(seen, cause, "{fault:?}");
+        let frames = board.take_can();
+        assert!(!of(&frames, EMERGENCY).is_empty(), "{fault:?} was not told");
+        println!(
+            "{fault:?}: reset after {:.1} ms",
+            time::to_us(time) / 1e3 - 1e3
+        );
+        let last = of(&frames, ESTIMATE)
+            .last()
+            .is_some_and(|sent| stable(&sent.frame));
+        assert!(last, "{fault:?}: it did not come back");
+    }
+}
+
+#[test]
+fn garbage_and_a_flood_of_commands_leave_a_board_that_goes_on() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits the flash");
+    run(&mut board, 1_000);
+    board.take_can();
+    let garbage: Vec<u8> = (0..20_000_u32)
+        .map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8)
+        .collect();
+    board.push_uart(&garbage);
+    for _ in 0..500 {
+        // A question for the identity, then a master that asks for SYNC.
+        board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+        board.push_can(Frame::new(0x080, &[]));
+    }
+    run(&mut board, 1_000);
+    println!(
+        "{} estimates in the second of the flood",
+        of(&board.take_can(), ESTIMATE).len()
+    );
+    run(&mut board, 1_000);
+    assert_eq!(board.resets(), []);
+    assert_eq!(board.faults(), []);
+    let estimates = of(&board.take_can(), ESTIMATE).len();
+    assert!(
+        (995..=1005).contains(&estimates),
+        "{estimates} estimates in the second after it"
+    );
+}

@@ -229,6 +229,15 @@ impl Cpu {
         &mut self.engine
     }
 
+    /// Sends the core astray: it goes on at `address`, with interrupts masked or not.
+    pub fn derail(&mut self, address: u32, masked: bool) {
+        self.set(RegisterARM::PRIMASK, u32::from(masked));
+        self.set(RegisterARM::PC, address | 1);
+        // Out of any IT block.
+        self.set(RegisterARM::EPSR, 0x0100_0000);
+        self.state = State::Running;
+    }
+
     /// A core register: R0 to R12, SP, LR, PC.
     #[must_use]
     pub fn register(&self, index: usize) -> u32 {
