@@ -7,11 +7,13 @@ use estimator_core::{
     ContactEstimate, ContactEstimator, ImuSample, Saturation, Timestamp, Validity,
 };
 use lsm6dsox::scale::{AccelFullScale, Codes, FullScale, GyroFullScale};
+use wire::pdo::{P8, P16};
 use wire::settings::WINDOW_CAPACITY;
 use wire::uart::{ContactMessage, RawSample};
 use wire::{Faults, Settings};
 
 use crate::chip::Transaction;
+use crate::part::can::TimedFrame;
 use crate::time::to_us;
 
 /// What the firmware sets.
@@ -42,6 +44,10 @@ pub struct Parity {
     pub mismatches: u64,
     /// The first of those: the sample's time, µs.
     pub first_mismatch_us: Option<u64>,
+    /// Frames of CAN compared.
+    pub can_compared: u64,
+    /// Those that differ in any bit of a probability.
+    pub can_mismatches: u64,
 }
 
 /// One sample as it went over the bus.
@@ -75,9 +81,13 @@ fn burst(transaction: &Transaction) -> Option<Burst> {
 }
 
 /// Compares what was sent with what the host computes, for a board with its default settings
-/// and a sensor without faults.
+/// and a sensor without faults; `frames` are those of CAN that hold an estimate.
 #[must_use]
-pub fn compare(transactions: &[Transaction], sent: &[SentContact]) -> Parity {
+pub fn compare(
+    transactions: &[Transaction],
+    sent: &[SentContact],
+    frames: &[TimedFrame],
+) -> Parity {
     let mut parity = Parity::default();
     let bursts: Vec<Burst> = transactions.iter().filter_map(burst).collect();
     let Some(offset) = clock_offset(&bursts, sent) else {
@@ -88,6 +98,7 @@ pub fn compare(transactions: &[Transaction], sent: &[SentContact]) -> Parity {
     };
     let mut estimator = ContactEstimator::<WINDOW_CAPACITY>::new(&params);
     let mut next = bursts.iter().peekable();
+    let mut short = Vec::with_capacity(sent.len());
     for SentContact { message, .. } in sent {
         let at = message.timestamp.as_micros() as f64 + offset;
         while next.next_if(|burst| burst.edge_us < at - 1.0).is_some() {}
@@ -96,7 +107,9 @@ pub fn compare(transactions: &[Transaction], sent: &[SentContact]) -> Parity {
             || missing(message.timestamp),
             |burst| sample(burst, message.timestamp),
         );
-        let expected = expected(&estimator.update(&sample, None));
+        let estimate = estimator.update(&sample, None);
+        let expected = expected(&estimate);
+        short.push(short_form(&estimate));
         parity.compared += 1;
         parity.measured += u64::from(burst.is_some());
         if bits(&expected) != bits(message) {
@@ -106,7 +119,38 @@ pub fn compare(transactions: &[Transaction], sent: &[SentContact]) -> Parity {
                 .get_or_insert(message.timestamp.as_micros());
         }
     }
+    // Both are in order of time; a frame belongs to the next estimate of its short time.
+    let mut place = 0;
+    for TimedFrame { frame, .. } in frames {
+        let Ok(bytes) = <[u8; 8]>::try_from(frame.data.as_slice()) else {
+            continue;
+        };
+        let ahead = short.iter().skip(place).take(1000);
+        let time = [bytes[4], bytes[5]];
+        let Some(found) = ahead.clone().position(|(at, _)| *at == time) else {
+            continue;
+        };
+        place += found;
+        let same = short
+            .get(place)
+            .is_some_and(|(_, probabilities)| *probabilities == bytes[..4]);
+        parity.can_compared += 1;
+        parity.can_mismatches += u64::from(!same);
+    }
     parity
+}
+
+/// Bytes 4 and 5 of the frame of CAN, the sample's time, and 0 to 3, its probabilities.
+fn short_form(estimate: &ContactEstimate) -> ([u8; 2], [u8; 4]) {
+    // 16 bits of 10 µs.
+    let time = (estimate.timestamp.as_micros() / 10) as u16;
+    let probabilities = &estimate.probabilities;
+    let [low, high] = P16::new(probabilities.stable).0.to_le_bytes();
+    let part = [
+        P8::new(probabilities.tangential).0,
+        P8::new(probabilities.vertical).0,
+    ];
+    (time.to_le_bytes(), [low, high, part[0], part[1]])
 }
 
 fn expected(estimate: &ContactEstimate) -> ContactMessage {

@@ -79,6 +79,7 @@ struct Log {
     decoder: Decoder,
     frame_began: Option<u64>,
     contacts: Vec<SentContact>,
+    estimates: Vec<TimedFrame>,
     health: Option<HealthMessage>,
     transactions: Vec<Transaction>,
     uart_frames: u64,
@@ -138,6 +139,12 @@ impl Log {
     fn can(&mut self, frames: &[TimedFrame], out: &mut impl Write) -> std::io::Result<()> {
         for TimedFrame { time, frame } in frames {
             self.can_frames += 1;
+            if frame.id & !0x7F == ESTIMATE {
+                self.estimates.push(TimedFrame {
+                    time: *time,
+                    frame: frame.clone(),
+                });
+            }
             let data: String = frame.data.iter().fold(String::new(), |mut text, byte| {
                 // Writing to a string does not fail.
                 let _ = write!(text, "{byte:02X}");
@@ -205,7 +212,11 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
 fn report(board: &mut Board, run: &Run, log: &Log, watched: usize) -> Value {
     let count = |counter: Counter| log.health.map(|health| health.counters.get(counter));
     let parity = if run.faults.is_empty() {
-        Some(parity::compare(&log.transactions, &log.contacts))
+        Some(parity::compare(
+            &log.transactions,
+            &log.contacts,
+            &log.estimates,
+        ))
     } else {
         None
     };
@@ -244,8 +255,11 @@ fn report(board: &mut Board, run: &Run, log: &Log, watched: usize) -> Value {
             "can": count(Counter::CanDropped),
             "uart": count(Counter::UartDropped),
         },
-        "parity_compared": parity.map(|parity| parity.compared),
-        "parity_mismatches": parity.map(|parity| parity.mismatches),
+        "parity_compared": parity.map(|parity| json!({
+            "uart": parity.compared,
+            "can": parity.can_compared,
+        })),
+        "parity_mismatches": parity.map(|parity| parity.mismatches + parity.can_mismatches),
         "faults": run.faults.iter().map(|(name, _, ms)| json!({ "name": name, "ms": ms })).collect::<Vec<_>>(),
         "emergencies": log.emergencies,
         "resets": resets,
