@@ -1,5 +1,7 @@
 //! `virtual-board run`: boots an ELF, lets it run, and writes down what came out.
 
+#![forbid(unsafe_code)]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 

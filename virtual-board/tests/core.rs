@@ -104,7 +104,7 @@ fn a_stop_at_any_time_changes_nothing() {
     assert_eq!(whole.machine().exceptions, pieces.machine().exceptions);
 }
 
-fn misbehave(image: &Image, misdeed: Misdeed) -> Cpu {
+fn ready_to(image: &Image, misdeed: Misdeed) -> Cpu {
     let mut cpu = boot(image);
     for address in [
         mailbox::STARTS,
@@ -117,6 +117,11 @@ fn misbehave(image: &Image, misdeed: Misdeed) -> Cpu {
     }
     cpu.memory()
         .write(mailbox::MISDEED, &(misdeed as u32).to_le_bytes());
+    cpu
+}
+
+fn misbehave(image: &Image, misdeed: Misdeed) -> Cpu {
+    let mut cpu = ready_to(image, misdeed);
     cpu.run_until(3 * time::PER_SECOND)
         .expect("nothing that is not modelled");
     cpu
@@ -255,4 +260,39 @@ fn a_reset_asked_for_says_so() {
     let mut cpu = misbehave(&image, Misdeed::Reset);
     assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);
     assert_eq!(noted(&mut cpu, mailbox::RESET_FLAGS) >> 24, 0x14);
+}
+
+#[test]
+fn misuse_ends_the_run_and_names_the_instruction_and_the_address() {
+    let image = image("board-proofs", "faults");
+    for (misdeed, place, address, what) in [
+        (
+            Misdeed::Unclocked,
+            "store_here",
+            0x4002_0000,
+            "GPIOA is not clocked",
+        ),
+        (
+            Misdeed::Unmodelled,
+            "load_here",
+            0x4000_2800,
+            "not modelled",
+        ),
+        (Misdeed::Null, "load_here", 0, "null pointer"),
+        (
+            Misdeed::WaitStates,
+            "store_here",
+            0x4002_3808,
+            "wait states",
+        ),
+    ] {
+        let mut cpu = ready_to(&image, misdeed);
+        let failure = cpu
+            .run_until(time::PER_SECOND)
+            .expect_err("the board has to stop");
+        let here = image.symbol(place).expect("a global symbol") & !1;
+        assert_eq!(failure.pc, here, "{misdeed:?}: {failure}");
+        assert_eq!(failure.address, Some(address), "{misdeed:?}: {failure}");
+        assert!(failure.what.contains(what), "{misdeed:?}: {failure}");
+    }
 }

@@ -91,11 +91,19 @@ pub enum Misdeed {
     Overflow = 8,
     /// Jumps to an address without the Thumb bit.
     State = 9,
+    /// Stores to a peripheral without a clock, at `store_here`.
+    Unclocked = 10,
+    /// Loads from a peripheral that is not modelled, at `load_here`.
+    Unmodelled = 11,
+    /// Loads through a null pointer, at `load_here`.
+    Null = 12,
+    /// Speeds the core up without wait states of flash, at `store_here`.
+    WaitStates = 13,
 }
 
 impl Misdeed {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 13] = [
         Self::Undefined,
         Self::Load,
         Self::Store,
@@ -105,5 +113,9 @@ impl Misdeed {
         Self::Reset,
         Self::Overflow,
         Self::State,
+        Self::Unclocked,
+        Self::Unmodelled,
+        Self::Null,
+        Self::WaitStates,
     ];
 }

@@ -28,7 +28,7 @@ global_asm!(
     "bx lr",
     ".thumb_func",
     ".global do_store",
-    "do_store: movs r1, #1",
+    "do_store: nop",
     "store_here: str r1, [r0]",
     "bx lr",
     ".thumb_func",
@@ -42,7 +42,7 @@ global_asm!(
 unsafe extern "C" {
     fn do_undefined();
     fn do_load(address: u32);
-    fn do_store(address: u32);
+    fn do_store(address: u32, value: u32);
     fn do_float();
 }
 
@@ -56,6 +56,7 @@ fn get(address: u32) -> u32 {
     unsafe { (address as *const u32).read_volatile() }
 }
 
+const RCC: u32 = 0x4002_3800;
 const RCC_CSR: u32 = 0x4002_3874;
 const IWDG: u32 = 0x4000_3000;
 
@@ -79,7 +80,7 @@ fn main() -> ! {
         // SAFETY: as above.
         Some(Misdeed::Load) => unsafe { do_load(0x6000_0000) },
         // SAFETY: as above.
-        Some(Misdeed::Store) => unsafe { do_store(0x6000_0000) },
+        Some(Misdeed::Store) => unsafe { do_store(0x6000_0000, 1) },
         Some(Misdeed::Float) => {
             core.SCB
                 .enable(cortex_m::peripheral::scb::Exception::UsageFault);
@@ -103,6 +104,20 @@ fn main() -> ! {
         Some(Misdeed::State) => {
             // SAFETY: meant to fault: an address without the Thumb bit.
             unsafe { core::arch::asm!("bx {}", in(reg) 0x0800_0400_u32) };
+        }
+        // SAFETY: the board stops here.
+        Some(Misdeed::Unclocked) => unsafe { do_store(0x4002_0000, 1) },
+        // SAFETY: as above.
+        Some(Misdeed::Unmodelled) => unsafe { do_load(0x4000_2800) },
+        // SAFETY: as above.
+        Some(Misdeed::Null) => unsafe { do_load(0) },
+        Some(Misdeed::WaitStates) => {
+            // The PLL from HSI: 16 MHz / 8 × 120 / 2 = 120 MHz, APB1 a quarter, APB2 half.
+            put(RCC + 4, 8 | 120 << 6);
+            put(RCC, get(RCC) | 1 << 24);
+            while get(RCC) & 1 << 25 == 0 {}
+            // SAFETY: the board stops here.
+            unsafe { do_store(RCC + 8, 2 | 5 << 10 | 4 << 13) }
         }
         None => {}
     }
