@@ -105,6 +105,24 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         self.verify_as(&config).await
     }
 
+    /// Reads one register of [`Config::writes`] back: a look at a time, where
+    /// [`verify`](Self::verify) would take too long.
+    ///
+    /// # Errors
+    /// [`Error::ReadBack`] where it differs.
+    pub async fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
+        let read = self.read(write.register).await?;
+        if read == write.value {
+            Ok(())
+        } else {
+            Err(Error::ReadBack {
+                register: write.register,
+                written: write.value,
+                read,
+            })
+        }
+    }
+
     /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.
     ///
     /// # Errors
@@ -308,19 +326,6 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
             self.check(write).await?;
         }
         Ok(())
-    }
-
-    async fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
-        let read = self.read(write.register).await?;
-        if read == write.value {
-            Ok(())
-        } else {
-            Err(Error::ReadBack {
-                register: write.register,
-                written: write.value,
-                read,
-            })
-        }
     }
 
     async fn sample_as(&mut self, config: &Config) -> Result<RawSample, Error<SPI::Error>> {

@@ -10,7 +10,7 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::{ErrorType, MODE_3, Mode, Operation, SpiDevice};
 
 use crate::asynch;
-use crate::config::Config;
+use crate::config::{Config, Write};
 use crate::error::Error;
 use crate::fifo::{FifoBatch, FifoStatus, WordBytes};
 use crate::sample::{RawSample, Status};
@@ -126,6 +126,15 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`Error::ReadBack`] with the first register that differs.
     pub fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
         at_once(self.inner.verify())
+    }
+
+    /// Reads one register of [`Config::writes`] back: a look at a time, where
+    /// [`verify`](Self::verify) would take too long.
+    ///
+    /// # Errors
+    /// [`Error::ReadBack`] where it differs.
+    pub fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
+        at_once(self.inner.check(write))
     }
 
     /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.

@@ -77,7 +77,9 @@ pub mod setting;
 pub mod sim;
 pub mod timestamp;
 
-pub use config::{AccelParams, Config, DataReady, FifoParams, GyroParams, Params, ParamsError};
+pub use config::{
+    AccelParams, Config, DataReady, FifoParams, GyroParams, Params, ParamsError, Write,
+};
 pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE};
 pub use error::Error;
 pub use fifo::{FifoBatch, FifoData, FifoStatus, FifoWord, TagParityError, WordBytes};
