@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use estimator_core::Params;
+use firmware::imu::default_params;
 
 use crate::error::Error;
 use crate::gait::{self, Plan, SensorParams};
@@ -35,5 +35,5 @@ pub fn run(directory: &Path, seed: u64) -> Result<(), Error> {
         plot: Some(directory.join("plot.svg")),
         summary: SummaryStyle::Text,
     };
-    replay_into(&outputs, &recording, 0, &Params::DEFAULT)
+    replay_into(&outputs, &recording, 0, &default_params())
 }

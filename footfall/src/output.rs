@@ -4,9 +4,10 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use estimator_core::{ContactEstimate, Flag, Load, Quaternion, Timestamp, Vec3};
+use estimator_core::{ContactEstimate, Flag, Load, Quaternion, Timestamp, Validity, Vec3};
 use thiserror::Error;
 
+use crate::input::csv::VALIDITIES;
 use crate::recording::{Label, RecordedSample};
 
 /// The header of the table of estimates.
@@ -76,7 +77,7 @@ pub enum OutputError {
 }
 
 /// The header of a recording: what [`input::csv`](crate::input::csv) reads.
-const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label";
+const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 
 /// Writes the table of estimates, one row per estimate. Numbers read back as the same f32.
 /// `start_us` is what the recording's clock says at timestamp 0, µs.
@@ -96,8 +97,7 @@ pub fn write_estimates(
     Ok(())
 }
 
-/// Writes a recording as a `csv` that can be replayed. Numbers read back as the same f32; that a
-/// sample was saturated is lost.
+/// Writes a recording as a `csv` that can be replayed: it reads back as the same samples.
 ///
 /// # Errors
 /// What the writer reports.
@@ -139,10 +139,17 @@ fn write_sample(sample: &RecordedSample, to: &mut dyn Write) -> io::Result<()> {
         None => write!(to, ",")?,
     }
     to.write_all(match sample.label {
-        Some(Label::Stable) => b",1",
-        Some(Label::NotStable) => b",0",
-        None => b",",
-    })
+        Some(Label::Stable) => b",1,",
+        Some(Label::NotStable) => b",0,",
+        None => b",,",
+    })?;
+    let validity = sample.imu.validity;
+    let name = VALIDITIES.into_iter().find(|(_, known)| *known == validity);
+    match name {
+        // Blank means valid.
+        Some((name, known)) if known != Validity::Valid => write!(to, "{name}"),
+        _ => Ok(()),
+    }
 }
 
 fn write_time(timestamp: Timestamp, start_us: i64, to: &mut dyn Write) -> io::Result<()> {
@@ -235,7 +242,7 @@ mod tests {
     use super::*;
     use estimator_core::{
         AngularRate, Flags, Gravity, ImuSample, LinearAcceleration, PerAxis, Phase, Probabilities,
-        SpecificForce,
+        Saturation, SpecificForce,
     };
 
     use crate::input::{self, Format, Hints};
@@ -266,7 +273,7 @@ mod tests {
             timestamp: Timestamp::from_micros(1_500_000),
             specific_force: SpecificForce(Vec3::new(1.25, -2.25, 9.75)),
             angular_rate: AngularRate(Vec3::new(0.125, -0.375, 0.625)),
-            ..ImuSample::default()
+            validity: Validity::Saturated(Saturation::Gyroscope),
         };
         let sample = RecordedSample {
             imu,
@@ -323,10 +330,10 @@ mod tests {
         write_samples(&[sample], &[estimate], &mut bytes).unwrap();
         assert_eq!(
             String::from_utf8(bytes).unwrap(),
-            "t,ax,ay,az,wx,wy,wz,force,label,\
+            "t,ax,ay,az,wx,wy,wz,force,label,validity,\
              p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
              qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags\n\
-             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,\
+             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated,\
              0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
              0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,time_gap\n"
         );
@@ -334,8 +341,8 @@ mod tests {
         write_recording(&[sample], &mut bytes).unwrap();
         assert_eq!(
             String::from_utf8(bytes).unwrap(),
-            "t,ax,ay,az,wx,wy,wz,force,label\n\
-             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1\n"
+            "t,ax,ay,az,wx,wy,wz,force,label,validity\n\
+             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated\n"
         );
     }
 
@@ -389,11 +396,15 @@ mod tests {
 
     #[test]
     fn a_table_of_samples_reads_back_as_the_recording() {
-        let samples = [(0, None, None), (1, Some(Load(0.1)), Some(Label::Stable))];
-        let samples = samples.map(|(k, load, label)| RecordedSample {
+        let samples = [
+            (0, None, None, Validity::Saturated(Saturation::Gyroscope)),
+            (1, Some(Load(0.1)), Some(Label::Stable), Validity::Valid),
+        ];
+        let samples = samples.map(|(k, load, label, validity)| RecordedSample {
             imu: ImuSample {
                 timestamp: Timestamp::from_micros(k * 1000),
                 specific_force: SpecificForce(Vec3::new(1.0 / 3.0, -0.1, 9.81)),
+                validity,
                 ..ImuSample::default()
             },
             load,

@@ -248,7 +248,7 @@ fn the_demo_needs_nothing_and_writes_samples_and_a_picture() {
     assert!(read(&directory.join("plot.svg")).starts_with("<svg"));
     assert!(
         read(&directory.join("samples.csv"))
-            .starts_with("t,ax,ay,az,wx,wy,wz,force,label,p_stable,")
+            .starts_with("t,ax,ay,az,wx,wy,wz,force,label,validity,p_stable,")
     );
 }
 
