@@ -27,6 +27,8 @@ pub struct Simulation {
     pub recording: Recording,
     /// The state of the foot at each sample's timestamp.
     pub truth: Vec<FootState>,
+    /// The sensor's temperature as read with each sample, °C.
+    pub temperatures: Vec<f32>,
 }
 
 /// Simulates a plan with the sensor that belongs to `seed`, from time 0 on.
@@ -49,9 +51,9 @@ pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
     assert!(part.now_ns() < START_US * 1000, "it started in time");
 
     let ticks = libm::floor(plan.duration * 1e6 / TICK_US as f64) as u64;
-    let imu: Vec<ImuSample> = (0..ticks)
+    let (imu, temperatures): (Vec<ImuSample>, Vec<f32>) = (0..ticks)
         .map(|tick| sample_after(&part, &mut driver, tick * TICK_US))
-        .collect();
+        .unzip();
     let truth: Vec<FootState> = imu
         .iter()
         .map(|sample| motion.at(seconds(sample.timestamp.as_micros())))
@@ -75,6 +77,7 @@ pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
             samples,
         },
         truth,
+        temperatures,
     }
 }
 
@@ -85,16 +88,20 @@ pub fn record(plan: &Plan, sensor: &SensorParams, seed: u64) -> Recording {
 }
 
 /// What the foot's program does at the tick at `tick_us`: wait for the next data-ready edge, take
-/// its time, and read one burst.
-fn sample_after(part: &SharedPart, driver: &mut Lsm6dsox<SimSpi>, tick_us: u64) -> ImuSample {
+/// its time, and read one burst. The temperature in °C comes with it; NaN where none could be read.
+fn sample_after(
+    part: &SharedPart,
+    driver: &mut Lsm6dsox<SimSpi>,
+    tick_us: u64,
+) -> (ImuSample, f32) {
     part.advance_to((START_US + tick_us) * 1000);
     if let Some(edge_ns) = part.next_rising_edge_ns(Pin::Int1) {
         part.advance_to(edge_ns);
     }
     let timestamp = Timestamp::from_micros(part.now_ns() / 1000 - START_US);
     match driver.sample() {
-        Ok(raw) => imu_sample(&raw, timestamp),
-        Err(_) => missing_sample(timestamp),
+        Ok(raw) => (imu_sample(&raw, timestamp), raw.temperature.to_celsius()),
+        Err(_) => (missing_sample(timestamp), f32::NAN),
     }
 }
 
@@ -151,8 +158,13 @@ mod tests {
 
     #[test]
     fn samples_come_at_the_first_edge_after_each_millisecond_with_load_and_label() {
-        let Simulation { recording, truth } = demo(1);
+        let Simulation {
+            recording,
+            truth,
+            temperatures,
+        } = demo(1);
         assert_eq!(recording.samples.len(), truth.len());
+        assert_eq!(temperatures, vec![25.0; truth.len()]);
         assert_eq!(recording.sample_rate, 1000.0);
         for (k, sample) in (0..).zip(&recording.samples) {
             // One period of the sensor's slowest clock.
@@ -167,7 +179,9 @@ mod tests {
 
     #[test]
     fn some_hard_landings_saturate_the_sensor_and_nothing_else_does() {
-        let Simulation { recording, truth } = demo(1);
+        let Simulation {
+            recording, truth, ..
+        } = demo(1);
         let saturated: Vec<Activity> = recording
             .samples
             .iter()
