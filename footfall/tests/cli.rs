@@ -239,7 +239,7 @@ fn samples_that_are_not_finite_are_flagged_and_not_refused() {
 }
 
 #[test]
-fn the_demo_needs_nothing_and_writes_samples_and_a_picture() {
+fn the_demo_needs_nothing_and_writes_samples_a_picture_and_what_the_foot_sends() {
     let bench = Bench::new();
     let summary = bench.stdout("");
     assert!(summary.contains("labels   RMSE "), "{summary}");
@@ -250,6 +250,66 @@ fn the_demo_needs_nothing_and_writes_samples_and_a_picture() {
         read(&directory.join("samples.csv"))
             .starts_with("t,ax,ay,az,wx,wy,wz,force,label,validity,p_stable,")
     );
+    let log = read(&directory.join("can.log"));
+    assert!(log.starts_with("(1609459200.000111) can0 711#00\n"));
+    for file in ["samples.csv", "plot.svg", "can.log", "uart.bin"] {
+        assert!(directory.join(file).is_file(), "{file}");
+        assert!(summary.contains(file), "{summary}");
+    }
+}
+
+#[test]
+fn what_the_demos_foot_sent_can_be_decoded() {
+    let bench = Bench::new();
+    bench.stdout("demo --out walk");
+    let rows = read(&bench.path("walk/samples.csv")).lines().count() - 1;
+    for (file, format) in [("can.log", "CAN log"), ("uart.bin", "serial line")] {
+        let report = bench.stdout(&format!("decode walk/{file} --output rows.csv"));
+        assert!(
+            report.starts_with(&format!("{format}: {rows} rows, ")),
+            "{report}"
+        );
+        assert!(
+            report.contains("\nmissing  0 in 0 gaps\nproblems none\n"),
+            "{report}"
+        );
+        assert!(report.ends_with("\nwritten  rows.csv\n"), "{report}");
+        let table = read(&bench.path("rows.csv"));
+        assert!(table.starts_with("t,node,sequence,p_stable,p_tangential,p_vertical,p_ax,"));
+        assert_eq!(table.lines().count(), rows + 1);
+    }
+    let json = bench.stdout("decode walk/uart.bin --json");
+    let report: serde_json::Value = serde_json::from_str(&json).expect("one JSON object");
+    assert_eq!(report["frames"]["contact"], rows);
+    assert_eq!(report["format"], "uart");
+}
+
+#[test]
+fn a_broken_line_of_a_log_is_named_and_not_fatal() {
+    let bench = Bench::with("x.log", "(1.000000) can0 711#00\n(1.000000) can0 191#0\n");
+    let output = bench.run("decode x.log");
+    assert!(output.status.success());
+    let said = text(&output.stderr);
+    assert!(said.starts_with("footfall: x.log, line 2: "), "{said}");
+    assert!(text(&output.stdout).contains("problems malformed_lines 1"));
+}
+
+#[test]
+fn what_cannot_be_decoded_is_an_error_that_names_the_file() {
+    let bench = Bench::with("walk.csv", standing());
+    let said = bench.error("decode walk.csv");
+    assert!(
+        said.starts_with("footfall: walk.csv is neither a log of candump -l"),
+        "{said}"
+    );
+    let said = bench.error("decode absent.bin");
+    assert!(
+        said.starts_with("footfall: absent.bin cannot be read: "),
+        "{said}"
+    );
+    fs::write(bench.path("x.log"), "(1.000000) can0 711#00\n").expect("a file");
+    let said = bench.error("decode x.log --output x.log");
+    assert!(said.contains("x.log cannot be written"), "{said}");
 }
 
 #[test]
