@@ -11,7 +11,7 @@ use footfall::gait::{Plan, SensorParams, Simulation, simulate};
 use footfall::output::{write_file, write_samples};
 use footfall::replay::replay;
 use footfall::transmit::{FaultChange, Transmission, transmit};
-use host_tests::committed::workspace;
+use host_tests::committed::{assert_readme_block, workspace};
 use host_tests::requirements::unmet;
 use wire::{Fault, Settings};
 
@@ -114,6 +114,12 @@ fn can_gives_back_every_time_probability_and_state_of_the_demo() {
     assert_eq!(with_axes, rows.len() / 20);
     assert_eq!((report.gaps, report.missing), (0, 0));
     assert!(report.problems.is_empty() && notices.is_empty(), "{report}");
+}
+
+#[test]
+fn the_readme_shows_what_is_printed_of_the_demo() {
+    let report = decoded(demo_with(&[]).sent.can_log().as_bytes()).report;
+    assert_readme_block("decode", &format!("```text\n{report}\n```\n"));
 }
 
 #[test]
