@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::process::Command;
+use std::sync::LazyLock;
 
 use estimator_core::{ContactEstimate, Timestamp};
 use firmware::imu::default_params;
@@ -13,6 +14,9 @@ use footfall::replay::replay;
 use footfall::transmit::{FaultChange, Transmission, transmit};
 use host_tests::committed::{assert_readme_block, workspace};
 use host_tests::requirements::unmet;
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::Index;
 use wire::{Fault, Settings};
 
 #[path = "../../wire/tests/python/environment.rs"]
@@ -275,6 +279,49 @@ fn damage_in_a_can_log_costs_the_lines_it_hits_and_is_counted() {
         rows.last().map(|row| row.timestamp),
         times.last().map(|row| row.timestamp)
     );
+}
+
+/// A tenth of a second of either format.
+fn excerpts() -> [Vec<u8>; 2] {
+    let sent = demo_with(&[]).sent;
+    let log: String = sent
+        .can_log()
+        .lines()
+        .take(130)
+        .map(|line| format!("{line}\n"))
+        .collect();
+    [log.into_bytes(), sent.uart[..4000].to_vec()]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn whatever_a_file_holds_it_is_decoded_or_refused(bytes in vec(any::<u8>(), 0..2000)) {
+        let _ = decode(&bytes, "file");
+    }
+
+    #[test]
+    fn whatever_happens_to_a_file_what_it_says_adds_up(
+        which in 0_usize..2,
+        damage in vec((any::<Index>(), any::<u8>()), 1..20),
+        cut in any::<Index>(),
+    ) {
+        static EXCERPTS: LazyLock<[Vec<u8>; 2]> = LazyLock::new(excerpts);
+        let mut bytes = EXCERPTS[which].clone();
+        for (at, byte) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        bytes.truncate(cut.index(bytes.len()) + 1);
+        if let Ok(Decoded { rows, report, .. }) = decode(&bytes, "file") {
+            prop_assert_eq!(rows.len(), report.rows);
+            prop_assert_eq!(rows.len() as u64, report.frames.get("contact").copied().unwrap_or(0));
+            for row in rows {
+                prop_assert!(probabilities(&row).into_iter().all(|p| (0.0..=1.0).contains(&p)));
+            }
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | a log of `candump -l` | `can`, with [`can_log`](crate::can_log) |
+//! | a log of `candump -l` | `can`, with [`can_log`] |
 //! | a recording of the serial line | `uart` |
 //! | a row per contact | [`row`] |
 //! | what came, what is missing, what is wrong | [`report`] |
