@@ -1,18 +1,22 @@
-//! The command line: `footfall replay`, and `footfall demo`, which is also what happens without
-//! a sub-command.
+//! The command line: `footfall replay`, `footfall decode`, and `footfall demo`, which is also what
+//! happens without a sub-command.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use estimator_core::{Gravity, WindowLength};
 
-use crate::config::{Overrides, Preset, parse_gravity, parse_window};
+use crate::config::{
+    Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
+};
+use crate::decode::{self, row::write_rows};
 use crate::demo;
 use crate::error::Error;
-use crate::input::{self, Format, Hints};
-use crate::output::OutputError;
-use crate::report::{SummaryStyle, Wanted, report};
+use crate::input::{Format, Hints, Opened};
+use crate::output::write_file;
+use crate::replay::replay;
+use crate::report::{Outputs, SummaryStyle, hand_over, print};
+use crate::targets;
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
 #[derive(Debug, Parser)]
@@ -28,8 +32,12 @@ pub struct Arguments {
 pub enum Command {
     /// Replay a recording: probabilities to a table, a picture and a summary
     Replay(ReplayArguments),
-    /// Make a walking foot, sense it as an LSM6DSOX would, and replay that; needs no files
+    /// Make a walking foot with a simulated LSM6DSOX, estimate, and write that and what the foot
+    /// sends of it; needs no files
     Demo(DemoArguments),
+    /// Turn what a foot has sent, a log of candump -l or a recording of its serial line, into rows,
+    /// and report what is missing or damaged
+    Decode(DecodeArguments),
 }
 
 /// What `footfall replay` takes. Later wins: preset, configuration file, options.
@@ -37,7 +45,7 @@ pub enum Command {
 pub struct ReplayArguments {
     /// The recording
     pub input: PathBuf,
-    /// How the file is laid out; may be left out where a header names the six axes (csv)
+    /// How the file is laid out; may be left out where a header names the columns (csv)
     #[arg(long, value_enum)]
     pub format: Option<Format>,
     /// Where the parameters start from
@@ -58,7 +66,7 @@ pub struct ReplayArguments {
     /// Write the estimates, one row per sample
     #[arg(long, value_name = "OUT.csv")]
     pub output: Option<PathBuf>,
-    /// Write the figure
+    /// Write the figure, which is an SVG
     #[arg(long, value_name = "OUT.svg")]
     pub plot: Option<PathBuf>,
     /// Print the summary as one JSON object
@@ -69,12 +77,25 @@ pub struct ReplayArguments {
 /// What `footfall demo` takes.
 #[derive(Debug, Args)]
 pub struct DemoArguments {
-    /// Where samples.csv and plot.svg go; made where it does not exist
+    /// Where samples.csv, plot.svg, can.log and uart.bin go; made where it does not exist
     #[arg(long, value_name = "DIR", default_value = demo::DIRECTORY)]
     pub out: PathBuf,
     /// What the sensor's noise and the foot's slips are drawn from: the same seed, the same walk
     #[arg(long, default_value_t = demo::SEED)]
     pub seed: u64,
+}
+
+/// What `footfall decode` takes.
+#[derive(Debug, Args)]
+pub struct DecodeArguments {
+    /// The log or recording; which of the two it is, its contents tell
+    pub input: PathBuf,
+    /// Write the rows, one per contact frame
+    #[arg(long, value_name = "OUT.csv")]
+    pub output: Option<PathBuf>,
+    /// Print the report as one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 impl Default for DemoArguments {
@@ -98,6 +119,7 @@ impl Arguments {
         match command {
             Command::Replay(arguments) => arguments.run(),
             Command::Demo(DemoArguments { out, seed }) => demo::run(&out, seed),
+            Command::Decode(arguments) => arguments.run(),
         }
     }
 }
@@ -108,55 +130,67 @@ impl ReplayArguments {
             Some(path) => Overrides::read(path)?,
             None => Overrides::default(),
         };
-        let format = match self.format {
-            Some(format) => format,
-            None => input::guess_format(&self.input)?,
-        };
-        let mut params = self.preset.params(format);
+        let config_name = self.config.as_ref().map(|path| path.display().to_string());
+        let opened = Opened::new(&self.input, self.format)?;
+        let mut params = self.preset.params(opened.format());
         overrides.apply(&mut params);
         if let Some(window) = self.window {
             params.window = window;
         }
-        for result in [&self.output, &self.plot].into_iter().flatten() {
-            refuse_overwriting(&self.input, result)?;
-        }
+        targets::check(&self.input, self.output.as_deref(), self.plot.as_deref())?;
         let hints = Hints {
             sample_rate: self.sample_rate.or(overrides.sample_rate_hz),
             gravity: self.gravity.or(overrides.gravity),
         };
-        let loaded = input::read(&self.input, format, &hints)?;
+        let loaded = opened.read(&hints)?;
         for notice in &loaded.notices {
             eprintln!("footfall: {notice}");
         }
-        let wanted = Wanted {
+        let outputs = Outputs {
             samples: None,
             estimates: self.output,
             plot: self.plot,
+            others: Vec::new(),
             summary: if self.json {
                 SummaryStyle::Json
             } else {
                 SummaryStyle::Text
             },
         };
-        report(&loaded.recording, &params, &wanted)
+        let origins = Origins {
+            file: config_name.as_deref(),
+            overrides: &overrides,
+            window: self.window,
+            recording: &self.input.display().to_string(),
+            sample_rate: match (self.sample_rate, overrides.sample_rate_hz) {
+                (Some(_), _) => RateOrigin::Option,
+                (None, Some(_)) => RateOrigin::Configuration,
+                (None, None) => RateOrigin::Recording,
+            },
+        };
+        let estimates =
+            replay(&loaded.recording, &params).map_err(|error| origins.explain(&error, &params))?;
+        hand_over(&outputs, &loaded.recording, loaded.start_us, &estimates)
     }
 }
 
-/// A recording cannot be made again: no result may take its place.
-fn refuse_overwriting(input: &Path, result: &Path) -> Result<(), OutputError> {
-    match (fs::canonicalize(input), fs::canonicalize(result)) {
-        (Ok(input), Ok(same)) if input == same => Err(OutputError::OverInput {
-            file: result.display().to_string(),
-        }),
-        _ => Ok(()),
+impl DecodeArguments {
+    fn run(&self) -> Result<(), Error> {
+        targets::check(&self.input, self.output.as_deref(), None)?;
+        let decoded = decode::read(&self.input)?;
+        for notice in &decoded.notices {
+            eprintln!("footfall: {notice}");
+        }
+        if let Some(path) = &self.output {
+            write_file(path, |to| write_rows(&decoded.rows, to))?;
+        }
+        let style = if self.json {
+            SummaryStyle::Json
+        } else {
+            SummaryStyle::Text
+        };
+        print(&decoded.report, style, &self.output).map_err(Error::Print)
     }
-}
-
-fn parse_sample_rate(text: &str) -> Result<f32, String> {
-    text.parse()
-        .ok()
-        .filter(|rate: &f32| rate.is_finite() && *rate > 0.0)
-        .ok_or_else(|| format!("{text:?} is no sample rate: write a number of Hz above 0"))
 }
 
 #[cfg(test)]
@@ -173,13 +207,5 @@ mod tests {
     fn nothing_at_all_means_demo() {
         let arguments = Arguments::parse_from(["footfall"]);
         assert!(arguments.command.is_none());
-    }
-
-    #[test]
-    fn a_sample_rate_is_a_positive_number() {
-        assert_eq!(parse_sample_rate("285.714"), Ok(285.714));
-        for wrong in ["0", "-1", "nan", "inf", "fast"] {
-            assert!(parse_sample_rate(wrong).is_err(), "{wrong}");
-        }
     }
 }

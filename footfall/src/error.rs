@@ -5,7 +5,8 @@ use std::io;
 use estimator_core::ParamsError;
 use thiserror::Error;
 
-use crate::config::ConfigError;
+use crate::config::{ConfigError, Refusal};
+use crate::decode::DecodeError;
 use crate::input::InputError;
 use crate::output::OutputError;
 
@@ -15,12 +16,18 @@ pub enum Error {
     /// The recording cannot be used.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// What was to be decoded cannot be.
+    #[error(transparent)]
+    Decode(#[from] DecodeError),
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// The parameters that preset, configuration file and options add up to are not valid.
+    /// The parameters are not valid, in the estimator's words.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),
+    /// The parameters are not valid, in the words of whoever set them.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// A result could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),

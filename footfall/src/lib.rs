@@ -8,17 +8,22 @@
 //! | which parameters that makes | [`config`] |
 //! | a file becomes a [`Recording`](recording::Recording) | [`input`] |
 //! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
+//! | results have somewhere to go | [`targets`] |
 //! | the estimator runs over it | [`replay`] |
 //! | how good that was | [`metrics`] |
+//! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
 
+pub mod can_log;
 pub mod cli;
 pub mod config;
+pub mod decode;
 pub mod demo;
 pub mod error;
 pub mod gait;
 pub mod input;
 pub mod metrics;
+mod number;
 pub mod output;
 pub mod plot;
 mod progress;
@@ -26,5 +31,7 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod summary;
+pub mod targets;
+pub mod transmit;
 
 pub use error::Error;

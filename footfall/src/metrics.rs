@@ -174,13 +174,13 @@ pub fn latency(scored: &[Scored], to: Label) -> Latency {
             continue;
         }
         match stretch.iter().find(|s| s.answer() == to) {
-            Some(found) => delays.push(seconds_between(&stretch[0], found)),
+            Some(found) => delays.push(micros_between(&stretch[0], found)),
             None => missed += 1,
         }
     }
     Latency {
         followed: delays.len(),
-        median_s: median(delays),
+        median_s: median(delays).map(|micros| micros / 1.0e6),
         missed,
     }
 }
@@ -192,11 +192,11 @@ fn settled(scored: &[Scored]) -> Vec<&[Scored]> {
     for stretch in scored.chunk_by(|a, b| a.label == b.label) {
         let end = start + stretch.len();
         let until = scored.get(end).or(stretch.last());
-        let lasts = until.map_or(0.0, |until| seconds_between(&stretch[0], until));
+        let lasts = until.map_or(0, |until| micros_between(&stretch[0], until));
         let turned = turns
             .last()
             .is_none_or(|turn| scored[*turn].label != stretch[0].label);
-        if turned && lasts >= SETTLED_S {
+        if turned && lasts as f64 >= 1.0e6 * SETTLED_S {
             turns.push(start);
         }
         start = end;
@@ -209,19 +209,18 @@ fn settled(scored: &[Scored]) -> Vec<&[Scored]> {
         .collect()
 }
 
-fn seconds_between(earlier: &Scored, later: &Scored) -> f64 {
-    let micros = later.time.micros_since(earlier.time);
-    micros.unwrap_or(0) as f64 / 1.0e6
+fn micros_between(earlier: &Scored, later: &Scored) -> u64 {
+    later.time.micros_since(earlier.time).unwrap_or(0)
 }
 
 /// The middle value, or the mean of the two in the middle.
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
+fn median(mut values: Vec<u64>) -> Option<f64> {
+    values.sort_unstable();
     let upper = *values.get(values.len() / 2)?;
     if values.len() % 2 == 1 {
-        Some(upper)
+        Some(upper as f64)
     } else {
-        Some((values[values.len() / 2 - 1] + upper) / 2.0)
+        Some((values[values.len() / 2 - 1] + upper) as f64 / 2.0)
     }
 }
 
@@ -357,8 +356,32 @@ mod tests {
     }
 
     #[test]
+    fn a_latency_has_no_more_digits_than_the_times() {
+        // Followed after 34 and 38 ms: in f64 seconds their mean is 0.036000000000000004.
+        let mut samples = scored(&[
+            (0.1, 0),
+            (0.1, 1),
+            (0.9, 1),
+            (0.9, 0),
+            (0.1, 0),
+            (0.1, 1),
+            (0.9, 1),
+            (0.9, 1),
+        ]);
+        let times_ms = [0, 200, 234, 500, 600, 800, 838, 1000];
+        for (sample, ms) in samples.iter_mut().zip(times_ms) {
+            sample.time = Timestamp::from_micros(1000 * ms);
+        }
+        let on = latency(&samples, Label::Stable);
+        assert_eq!(
+            serde_json::to_value(on).unwrap()["median_s"].to_string(),
+            "0.036"
+        );
+    }
+
+    #[test]
     fn the_median_of_an_even_count_is_the_mean_of_the_middle_two() {
-        assert_eq!(median(vec![4.0, 1.0, 3.0, 2.0]), Some(2.5));
+        assert_eq!(median(vec![4, 1, 3, 2]), Some(2.5));
         assert_eq!(median(vec![]), None);
     }
 }

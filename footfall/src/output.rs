@@ -4,16 +4,17 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use estimator_core::{ContactEstimate, Flag, Load, Quaternion, Timestamp, Vec3};
+use estimator_core::{ContactEstimate, Flag, Load, Quaternion, Timestamp, Validity, Vec3};
 use thiserror::Error;
 
+use crate::input::csv::VALIDITIES;
 use crate::recording::{Label, RecordedSample};
 
 /// The header of the table of estimates.
 ///
 /// | columns | meaning | unit |
 /// |---|---|---|
-/// | `t` | time of the sample, six decimals | s |
+/// | `t` | time of the sample on the recording's clock, six decimals | s |
 /// | `p_stable`, `p_tangential`, `p_vertical` | the paper's three probabilities | [0, 1] |
 /// | `p_ax` … `p_wz` | probability per axis | [0, 1] |
 /// | `qw` … `qz` | orientation, Hamilton, sensor → world | unit quaternion |
@@ -41,6 +42,30 @@ pub enum OutputError {
         /// The result, as it was named.
         file: String,
     },
+    /// Two results would go into one file.
+    #[error("{file} cannot be written: it is named for the table and for the picture")]
+    SameFile {
+        /// The second result, as it was named.
+        file: String,
+    },
+    /// There is a directory of that name.
+    #[error("{file} cannot be written: it is a directory")]
+    IsDirectory {
+        /// The result, as it was named.
+        file: String,
+    },
+    /// There is a file where the results' directory should be.
+    #[error("{file} is a file, but results go into a directory")]
+    NotADirectory {
+        /// The directory, as it was named.
+        file: String,
+    },
+    /// A picture has the name of something else.
+    #[error("{file} cannot be written: pictures are SVG, so the name must end in .svg")]
+    NotSvg {
+        /// The picture, as it was named.
+        file: String,
+    },
     /// Something else went wrong.
     #[error("{file} cannot be written: {source}")]
     Unwritable {
@@ -52,23 +77,27 @@ pub enum OutputError {
 }
 
 /// The header of a recording: what [`input::csv`](crate::input::csv) reads.
-const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label";
+const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 
 /// Writes the table of estimates, one row per estimate. Numbers read back as the same f32.
+/// `start_us` is what the recording's clock says at timestamp 0, µs.
 ///
 /// # Errors
 /// What the writer reports.
-pub fn write_estimates(estimates: &[ContactEstimate], to: &mut dyn Write) -> io::Result<()> {
+pub fn write_estimates(
+    estimates: &[ContactEstimate],
+    start_us: i64,
+    to: &mut dyn Write,
+) -> io::Result<()> {
     writeln!(to, "{HEADER}")?;
     for estimate in estimates {
-        write_time(estimate.timestamp, to)?;
+        write_time(estimate.timestamp, start_us, to)?;
         write_estimate(estimate, to)?;
     }
     Ok(())
 }
 
-/// Writes a recording as a `csv` that can be replayed. Numbers read back as the same f32; that a
-/// sample was saturated is lost.
+/// Writes a recording as a `csv` that can be replayed: it reads back as the same samples.
 ///
 /// # Errors
 /// What the writer reports.
@@ -101,7 +130,7 @@ pub fn write_samples(
 
 /// The columns of a recording.
 fn write_sample(sample: &RecordedSample, to: &mut dyn Write) -> io::Result<()> {
-    write_time(sample.imu.timestamp, to)?;
+    write_time(sample.imu.timestamp, 0, to)?;
     for Vec3 { x, y, z } in [sample.imu.specific_force.0, sample.imu.angular_rate.0] {
         write!(to, ",{x},{y},{z}")?;
     }
@@ -110,15 +139,24 @@ fn write_sample(sample: &RecordedSample, to: &mut dyn Write) -> io::Result<()> {
         None => write!(to, ",")?,
     }
     to.write_all(match sample.label {
-        Some(Label::Stable) => b",1",
-        Some(Label::NotStable) => b",0",
-        None => b",",
-    })
+        Some(Label::Stable) => b",1,",
+        Some(Label::NotStable) => b",0,",
+        None => b",,",
+    })?;
+    let validity = sample.imu.validity;
+    let name = VALIDITIES.into_iter().find(|(_, known)| *known == validity);
+    match name {
+        // Blank means valid.
+        Some((name, known)) if known != Validity::Valid => write!(to, "{name}"),
+        _ => Ok(()),
+    }
 }
 
-fn write_time(timestamp: Timestamp, to: &mut dyn Write) -> io::Result<()> {
-    let micros = timestamp.as_micros();
-    write!(to, "{}.{:06}", micros / 1_000_000, micros % 1_000_000)
+fn write_time(timestamp: Timestamp, start_us: i64, to: &mut dyn Write) -> io::Result<()> {
+    let micros = i128::from(timestamp.as_micros()) + i128::from(start_us);
+    let sign = if micros < 0 { "-" } else { "" };
+    let size = micros.unsigned_abs();
+    write!(to, "{sign}{}.{:06}", size / 1_000_000, size % 1_000_000)
 }
 
 /// Everything in a row but the time.
@@ -162,7 +200,8 @@ pub fn write_file(
     written(path, content).map_err(|source| OutputError::Unwritable { file, source })
 }
 
-fn directory_of(path: &Path) -> Option<&Path> {
+/// The directory that a path names, where it names one.
+pub(crate) fn directory_of(path: &Path) -> Option<&Path> {
     path.parent()
         .filter(|parent| !parent.as_os_str().is_empty())
 }
@@ -201,13 +240,16 @@ fn unfinished(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::{Flags, Gravity, ImuSample, Phase, Probabilities, SpecificForce};
+    use estimator_core::{
+        AngularRate, Flags, Gravity, ImuSample, LinearAcceleration, PerAxis, Phase, Probabilities,
+        Saturation, SpecificForce,
+    };
 
     use crate::input::{self, Format, Hints};
 
     fn table(estimate: ContactEstimate) -> String {
         let mut bytes = Vec::new();
-        write_estimates(&[estimate], &mut bytes).unwrap();
+        write_estimates(&[estimate], 0, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 
@@ -223,6 +265,99 @@ mod tests {
             cells(ContactEstimate::default()).len(),
             HEADER.split(',').count()
         );
+    }
+
+    /// An estimate and a sample in which no two numbers are the same.
+    fn all_different() -> (RecordedSample, ContactEstimate) {
+        let imu = ImuSample {
+            timestamp: Timestamp::from_micros(1_500_000),
+            specific_force: SpecificForce(Vec3::new(1.25, -2.25, 9.75)),
+            angular_rate: AngularRate(Vec3::new(0.125, -0.375, 0.625)),
+            validity: Validity::Saturated(Saturation::Gyroscope),
+        };
+        let sample = RecordedSample {
+            imu,
+            load: Some(Load(42.5)),
+            label: Some(Label::Stable),
+        };
+        let estimate = ContactEstimate {
+            timestamp: imu.timestamp,
+            probabilities: Probabilities {
+                axes: PerAxis {
+                    ax: 0.1,
+                    ay: 0.2,
+                    az: 0.3,
+                    wx: 0.4,
+                    wy: 0.5,
+                    wz: 0.6,
+                },
+                tangential: 0.7,
+                vertical: 0.8,
+                stable: 0.9,
+            },
+            orientation: Quaternion {
+                w: 0.91,
+                x: 0.92,
+                y: 0.93,
+                z: 0.94,
+            },
+            linear_acceleration: LinearAcceleration(Vec3::new(11.0, 12.0, 13.0)),
+            gyro_bias: AngularRate(Vec3::new(0.01, 0.02, 0.03)),
+            angular_rate: AngularRate(Vec3::new(21.0, 22.0, 23.0)),
+            phase: Phase::Stance,
+            flags: Flags::NONE.with(Flag::TimeGap),
+            ..ContactEstimate::default()
+        };
+        (sample, estimate)
+    }
+
+    #[test]
+    fn every_column_of_the_estimates_holds_what_its_name_says() {
+        let (_, estimate) = all_different();
+        assert_eq!(
+            table(estimate),
+            "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags\n\
+             1.500000,0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
+             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,time_gap\n"
+        );
+    }
+
+    #[test]
+    fn every_column_of_the_samples_holds_what_its_name_says() {
+        let (sample, estimate) = all_different();
+        let mut bytes = Vec::new();
+        write_samples(&[sample], &[estimate], &mut bytes).unwrap();
+        assert_eq!(
+            String::from_utf8(bytes).unwrap(),
+            "t,ax,ay,az,wx,wy,wz,force,label,validity,\
+             p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags\n\
+             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated,\
+             0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
+             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,time_gap\n"
+        );
+        let mut bytes = Vec::new();
+        write_recording(&[sample], &mut bytes).unwrap();
+        assert_eq!(
+            String::from_utf8(bytes).unwrap(),
+            "t,ax,ay,az,wx,wy,wz,force,label,validity\n\
+             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated\n"
+        );
+    }
+
+    #[test]
+    fn the_time_is_that_of_the_recordings_clock() {
+        for (start_us, timestamp_us, text) in [
+            (-2_500_000, 1, "-2.499999"),
+            (-2_500_000, 2_000_000, "-0.500000"),
+            (-2_500_000, 2_500_000, "0.000000"),
+            (1_700_000_000_123_457, 1000, "1700000000.124457"),
+        ] {
+            let mut bytes = Vec::new();
+            write_time(Timestamp::from_micros(timestamp_us), start_us, &mut bytes).unwrap();
+            assert_eq!(bytes, text.as_bytes());
+        }
     }
 
     #[test]
@@ -261,11 +396,15 @@ mod tests {
 
     #[test]
     fn a_table_of_samples_reads_back_as_the_recording() {
-        let samples = [(0, None, None), (1, Some(Load(0.1)), Some(Label::Stable))];
-        let samples = samples.map(|(k, load, label)| RecordedSample {
+        let samples = [
+            (0, None, None, Validity::Saturated(Saturation::Gyroscope)),
+            (1, Some(Load(0.1)), Some(Label::Stable), Validity::Valid),
+        ];
+        let samples = samples.map(|(k, load, label, validity)| RecordedSample {
             imu: ImuSample {
                 timestamp: Timestamp::from_micros(k * 1000),
                 specific_force: SpecificForce(Vec3::new(1.0 / 3.0, -0.1, 9.81)),
+                validity,
                 ..ImuSample::default()
             },
             load,

@@ -42,7 +42,10 @@ impl Recording {
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         match (self.samples.first(), self.samples.last()) {
-            (Some(first), Some(last)) => last.time_s() - first.time_s(),
+            (Some(first), Some(last)) => {
+                let elapsed = last.imu.timestamp.micros_since(first.imu.timestamp);
+                elapsed.unwrap_or(0) as f64 / 1.0e6
+            }
             _ => 0.0,
         }
     }

@@ -1,15 +1,16 @@
-//! What a command hands over in the end: table, picture, summary.
+//! What a command hands over in the end: tables, picture, summary.
 
+use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use estimator_core::Params;
+use estimator_core::ContactEstimate;
+use serde::Serialize;
 
 use crate::error::Error;
 use crate::output::{write_estimates, write_file, write_samples};
 use crate::plot;
 use crate::recording::Recording;
-use crate::replay::replay;
 use crate::summary::Summary;
 
 /// How the summary is printed.
@@ -22,50 +23,66 @@ pub enum SummaryStyle {
     Json,
 }
 
-/// What is wanted.
+/// What a replay is to leave behind.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Wanted {
+pub struct Outputs {
     /// Where the table of samples with their estimates goes.
     pub samples: Option<PathBuf>,
     /// Where the table of estimates goes.
     pub estimates: Option<PathBuf>,
     /// Where the picture goes.
     pub plot: Option<PathBuf>,
+    /// What has been written already and is to be named too.
+    pub others: Vec<PathBuf>,
     /// How the summary is printed.
     pub summary: SummaryStyle,
 }
 
-/// Runs the estimator over a recording, writes the files wanted and prints the summary.
+/// Writes the files asked for of a recording and its estimates, one per sample, and prints the
+/// summary. `start_us` is what the recording's clock says at timestamp 0, µs.
 ///
 /// # Errors
-/// The parameters are not valid, a file cannot be written, or stdout cannot.
-pub fn report(recording: &Recording, params: &Params, wanted: &Wanted) -> Result<(), Error> {
-    let estimates = replay(recording, params)?;
-    if let Some(path) = &wanted.samples {
-        write_file(path, |to| write_samples(&recording.samples, &estimates, to))?;
+/// A file cannot be written, or stdout cannot.
+pub fn hand_over(
+    outputs: &Outputs,
+    recording: &Recording,
+    start_us: i64,
+    estimates: &[ContactEstimate],
+) -> Result<(), Error> {
+    if let Some(path) = &outputs.samples {
+        write_file(path, |to| write_samples(&recording.samples, estimates, to))?;
     }
-    if let Some(path) = &wanted.estimates {
-        write_file(path, |to| write_estimates(&estimates, to))?;
+    if let Some(path) = &outputs.estimates {
+        write_file(path, |to| write_estimates(estimates, start_us, to))?;
     }
-    if let Some(path) = &wanted.plot {
+    if let Some(path) = &outputs.plot {
         write_file(path, |to| {
-            to.write_all(plot::svg(recording, &estimates)?.as_bytes())
+            to.write_all(plot::svg_at(start_us, recording, estimates)?.as_bytes())
         })?;
     }
-    print(&Summary::of(recording, &estimates), wanted).map_err(Error::Print)
+    let files = [&outputs.samples, &outputs.estimates, &outputs.plot];
+    let files = files.into_iter().flatten().chain(&outputs.others);
+    print(&Summary::of(recording, estimates), outputs.summary, files).map_err(Error::Print)
 }
 
-fn print(summary: &Summary, wanted: &Wanted) -> io::Result<()> {
+/// Prints a summary, and for a person which files were written.
+///
+/// # Errors
+/// Stdout cannot be written.
+pub fn print<'a>(
+    summary: &(impl Serialize + Display),
+    style: SummaryStyle,
+    written: impl IntoIterator<Item = &'a PathBuf>,
+) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
-    match wanted.summary {
+    match style {
         SummaryStyle::Json => {
             serde_json::to_writer_pretty(&mut stdout, summary)?;
             writeln!(stdout)?;
         }
         SummaryStyle::Text => {
             writeln!(stdout, "{summary}")?;
-            let files = [&wanted.samples, &wanted.estimates, &wanted.plot];
-            for path in files.into_iter().flatten() {
+            for path in written {
                 writeln!(stdout, "written  {}", path.display())?;
             }
         }

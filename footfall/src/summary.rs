@@ -52,6 +52,10 @@ impl Summary {
     }
 }
 
+/// Why there is more slip than slipping, for whoever expects a state that knows the future.
+const SLIP_NOTE: &str =
+    "         (a landing counts as slip until still for up to window + on-delay)";
+
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
@@ -66,6 +70,9 @@ impl fmt::Display for Summary {
             .map(|(name, share)| format!("{name} {:.1} %", 100.0 * share))
             .collect();
         write!(f, "state    {}", shares.join(", "))?;
+        if self.state_shares.get(Phase::Slip.name()) > Some(&0.0) {
+            write!(f, "\n{SLIP_NOTE}")?;
+        }
         if !self.flag_counts.is_empty() {
             let counts: Vec<_> = self
                 .flag_counts
@@ -171,8 +178,16 @@ mod tests {
             summary([None; 4]).to_string(),
             "walk: 4 samples, 0.300 s at 10 Hz\n\
              state    stance 50.0 %, slip 25.0 %, swing 25.0 %\n\
+             \x20        (a landing counts as slip until still for up to window + on-delay)\n\
              flags    saturated 1"
         );
+    }
+
+    #[test]
+    fn without_slip_there_is_nothing_to_explain_about_it() {
+        let mut summary = summary([None; 4]);
+        summary.state_shares.insert(Phase::Slip.name(), 0.0);
+        assert!(!summary.to_string().contains("slip"));
     }
 
     #[test]

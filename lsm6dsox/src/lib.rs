@@ -37,7 +37,7 @@ sensor.init(&mut part.delay())?;
 
 part.advance_by(1_000_000); // A millisecond passes: the next tick of the timer.
 let sample = sensor.sample()?.to_si();
-assert!(sample.accel_fresh && sample.gyro_fresh && !sample.saturated);
+assert!(sample.accel_fresh && sample.gyro_fresh && !sample.accel_saturated);
 assert!((sample.specific_force[2] - 9.81).abs() < 0.2);
 # Ok::<(), lsm6dsox::Error<core::convert::Infallible>>(())
 ```

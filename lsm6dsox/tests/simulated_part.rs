@@ -57,7 +57,7 @@ fn what_is_felt_is_what_is_read_at_every_full_scale() {
                 assert!(rate.abs() <= 0.51 * gyro_step, "{gyro:?} {axis}");
             }
             assert_eq!(sample.temperature, 31.5);
-            assert!(!sample.saturated);
+            assert!(!sample.accel_saturated && !sample.gyro_saturated);
         }
     }
 }
@@ -491,4 +491,40 @@ fn nothing_answers_before_the_part_has_booted() {
     assert!(sensor.check_identity().is_err());
     part.advance_by(10 * MILLISECOND);
     assert!(sensor.check_identity().is_ok());
+}
+
+#[test]
+fn offsets_are_those_of_25_degrees_and_drift_with_every_degree_away_from_it() {
+    let options = PartOptions {
+        accel_bias: [0.2, 0.0, -0.1],
+        gyro_bias: [0.0, 0.01, 0.0],
+        accel_drift: [0.0, 0.01, -0.02],
+        gyro_drift: [0.001, 0.0, -0.002],
+        ..QUIET
+    };
+    let read = |temperature: f64| {
+        let stimulus = Stimulus {
+            temperature,
+            ..Stimulus::REST
+        };
+        let part = Part::with_options(move |_: f64| stimulus, options).shared();
+        let raw = sensor(&part, Config::FRESH_KILOHERTZ).sample().unwrap();
+        let sample = raw.to_si();
+        assert_eq!(f64::from(sample.temperature), temperature);
+        let accel = sample.specific_force.map(f64::from);
+        (accel, sample.angular_rate.map(f64::from))
+    };
+    for (temperature, accel, gyro) in [
+        (25.0, [0.2, 0.0, 9.706_65], [0.0, 0.01, 0.0]),
+        (45.0, [0.2, 0.2, 9.306_65], [0.02, 0.01, -0.04]),
+        (5.0, [0.2, -0.2, 10.106_65], [-0.02, 0.01, 0.04]),
+    ] {
+        let (force, rate) = read(temperature);
+        // Half a code is 2.4 mm/s² and 0.61 mrad/s.
+        for axis in 0..3 {
+            let at = format!("axis {axis} at {temperature} °C");
+            assert!((force[axis] - accel[axis]).abs() < 0.002_5, "{at}");
+            assert!((rate[axis] - gyro[axis]).abs() < 0.000_65, "{at}");
+        }
+    }
 }

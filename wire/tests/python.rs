@@ -4,12 +4,13 @@
 #![cfg(unix)]
 
 mod python {
+    pub mod environment;
     pub mod foot;
 }
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use std::sync::OnceLock;
 use std::{env, fs};
 
@@ -33,51 +34,12 @@ fn unmet(missing: &str) {
 /// The interpreter of the virtual environment, made when it is first asked for.
 fn interpreter() -> Option<&'static Path> {
     static INTERPRETER: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    match INTERPRETER.get_or_init(make_environment) {
+    match INTERPRETER.get_or_init(python::environment::make) {
         Ok(path) => Some(path),
         Err(missing) => {
             unmet(missing);
             None
         }
-    }
-}
-
-fn make_environment() -> Result<PathBuf, String> {
-    let requirements = Path::new(HERE).join("tests/python/requirements.txt");
-    let wanted = fs::read_to_string(&requirements).map_err(|error| error.to_string())?;
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
-    let interpreter = folder.join("bin/python");
-    let installed = folder.join("installed.txt");
-    if fs::read_to_string(&installed).is_ok_and(|installed| installed == wanted) {
-        return Ok(interpreter);
-    }
-    run(Command::new("python3")
-        .args(["-m", "venv", "--clear"])
-        .arg(&folder))?;
-    run(Command::new(&interpreter)
-        .args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-            "-r",
-        ])
-        .arg(&requirements))?;
-    fs::write(&installed, wanted).map_err(|error| error.to_string())?;
-    Ok(interpreter)
-}
-
-fn run(command: &mut Command) -> Result<Output, String> {
-    let output = command
-        .output()
-        .map_err(|error| format!("{command:?}: {error}"))?;
-    if output.status.success() {
-        Ok(output)
-    } else {
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        let last = stderr.lines().last().unwrap_or_default();
-        Err(format!("{command:?} failed: {last}"))
     }
 }
 

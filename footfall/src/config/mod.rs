@@ -41,21 +41,25 @@
 
 mod attitude;
 mod axes;
+mod refusal;
 mod value;
 
 use std::path::Path;
 use std::{fs, io};
 
 use clap::ValueEnum;
-use estimator_core::{Gravity, LoadParams, Params, WindowLength};
+use estimator_core::{Gravity, Params, WindowLength};
+use firmware::imu::default_params;
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
 pub use attitude::{AttitudeOverrides, RestOverrides};
 pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
-pub use value::{parse_gravity, parse_gyro_timing, parse_window};
+pub use refusal::{Origins, RateOrigin, Refusal};
+pub use value::{parse_gravity, parse_gyro_timing, parse_sample_rate, parse_window};
 
 use crate::input::Format;
+use value::checked_sample_rate;
 
 /// Where parameters start from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -68,28 +72,19 @@ pub enum Preset {
 }
 
 impl Preset {
-    /// The parameters for recordings of a format. Rate and gravity are what the format says, the
-    /// load trigger is in the unit of the format's load.
+    /// The parameters for recordings of a format; the load trigger is in the unit of its load.
+    /// Sample rate and gravity are the recording's to say, so those in here mean nothing.
     #[must_use]
     pub fn params(self, format: Format) -> Params {
-        let load_trigger_of = |other: Params| -> LoadParams { other.load };
+        let default_with_load_of = |other: Params| Params {
+            load: other.load,
+            ..default_params()
+        };
         match (self, format) {
-            (Self::Default, Format::Csv) => Params::DEFAULT,
-            (Self::Default, Format::PceAtlas) => Params {
-                gravity: Gravity::Removed,
-                load: load_trigger_of(Params::PAPER),
-                ..Params::DEFAULT
-            },
-            (Self::Default, Format::PceGo1) => Params {
-                sample_rate: Params::PAPER_GO1.sample_rate,
-                load: load_trigger_of(Params::PAPER_GO1),
-                ..Params::DEFAULT
-            },
-            (Self::Paper, Format::Csv) => Params {
-                gravity: Gravity::Included,
-                ..Params::PAPER
-            },
-            (Self::Paper, Format::PceAtlas) => Params::PAPER,
+            (Self::Default, Format::Csv) => default_params(),
+            (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
+            (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),
+            (Self::Paper, Format::Csv | Format::PceAtlas) => Params::PAPER,
             (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
         }
     }
@@ -99,7 +94,8 @@ impl Preset {
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Overrides {
-    /// Sample rate in Hz, where the recording does not tell.
+    /// Sample rate in Hz, where the recording does not tell, as [`parse_sample_rate`] takes it.
+    #[serde(default, deserialize_with = "sample_rate")]
     pub sample_rate_hz: Option<f32>,
     /// Whether samples contain gravity.
     #[serde(default, deserialize_with = "gravity")]
@@ -224,6 +220,13 @@ fn set<T: Copy>(field: &mut T, value: Option<T>) {
     }
 }
 
+fn sample_rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
+    let rate = f32::deserialize(deserializer)?;
+    checked_sample_rate(rate)
+        .map(Some)
+        .map_err(serde::de::Error::custom)
+}
+
 fn window<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<WindowLength>, D::Error> {
     let text = String::deserialize(deserializer)?;
     parse_window(&text)
@@ -255,7 +258,9 @@ fn key_on_line(text: &str, line: usize) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::{AttitudeParams, DecisionParams, GyroTiming, PerAxis, RestParams};
+    use estimator_core::{
+        AttitudeParams, DecisionParams, GyroTiming, LoadParams, PerAxis, RestParams,
+    };
 
     fn applied(text: &str) -> Params {
         let mut params = Params::DEFAULT;
@@ -356,6 +361,35 @@ mod tests {
             ),
             "{message}"
         );
+    }
+
+    #[test]
+    fn a_sample_rate_is_checked_as_the_option_is() {
+        for wrong in ["0", "-5", "nan", "inf"] {
+            assert!(
+                message(&format!("sample_rate_hz = {wrong}\n"))
+                    .starts_with("x.toml, line 1, key sample_rate_hz: "),
+            );
+        }
+        assert_eq!(
+            message("sample_rate_hz = -5\n"),
+            "x.toml, line 1, key sample_rate_hz: -5 is no sample rate: write a number of Hz above 0"
+        );
+    }
+
+    #[test]
+    fn the_load_trigger_is_in_the_unit_of_the_formats_load() {
+        for (format, with_its_load) in [
+            (Format::Csv, Params::DEFAULT),
+            (Format::PceAtlas, Params::PAPER),
+            (Format::PceGo1, Params::PAPER_GO1),
+        ] {
+            let expected = Params {
+                load: with_its_load.load,
+                ..default_params()
+            };
+            assert_eq!(Preset::Default.params(format), expected, "{format:?}");
+        }
     }
 
     #[test]

@@ -16,6 +16,29 @@ pub fn parse_window(text: &str) -> Result<WindowLength, String> {
     })
 }
 
+/// Reads a sample rate in Hz, which is above 0.
+///
+/// # Errors
+/// A sentence that says how to write it.
+pub fn parse_sample_rate(text: &str) -> Result<f32, String> {
+    text.parse()
+        .map_err(|_| no_sample_rate(text))
+        .and_then(checked_sample_rate)
+}
+
+/// A sample rate in Hz that is above 0 and finite.
+pub(super) fn checked_sample_rate(rate: f32) -> Result<f32, String> {
+    if rate.is_finite() && rate > 0.0 {
+        Ok(rate)
+    } else {
+        Err(no_sample_rate(&rate.to_string()))
+    }
+}
+
+fn no_sample_rate(text: &str) -> String {
+    format!("{text} is no sample rate: write a number of Hz above 0")
+}
+
 /// Reads whether gravity is `included` or `removed`.
 ///
 /// # Errors
@@ -58,6 +81,14 @@ mod tests {
         assert_eq!(parse_window("50samples"), Ok(WindowLength::Samples(50)));
         for wrong in ["50", "ms", "50s", "1.5samples", "-3samples", ""] {
             assert!(parse_window(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_sample_rate_is_a_positive_number() {
+        assert_eq!(parse_sample_rate("285.714"), Ok(285.714));
+        for wrong in ["0", "-1", "nan", "inf", "1e99", "fast"] {
+            assert!(parse_sample_rate(wrong).is_err(), "{wrong}");
         }
     }
 

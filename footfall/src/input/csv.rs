@@ -1,54 +1,78 @@
-//! Tables with a header: `t,ax,ay,az,wx,wy,wz,force,label` in any order, of which the six axes
-//! are required.
+//! Tables with a header: `t,ax,ay,az,wx,wy,wz,force,label,validity` in any order, of which the six
+//! axes are required.
 //!
 //! | column | unit | blank cell |
 //! |---|---|---|
-//! | `t` | s, from 0 on, advancing by at least 1 µs per row | error |
+//! | `t` | s, from any start, advancing by at least 1 µs per row | error |
 //! | `ax`, `ay`, `az` | m/s², gravity included unless said otherwise | error |
 //! | `wx`, `wy`, `wz` | rad/s | error |
 //! | `force` | N | no load known |
 //! | `label` | 1 stable, 0 not stable | truth not known |
+//! | `validity` | a name of [`VALIDITIES`]: what the source knew about the sample | valid |
 //!
-//! Other columns are ignored, and named in a notice. The sample rate is that of the median time
-//! between rows, or the one that is given; where there are both they agree within 1 %.
+//! Other columns are ignored, and named in a notice. The sample rate is that of the times between
+//! rows without the gaps: the roundest number of Hz that they allow. Or it is the one that is
+//! given; where there are both they agree within 1 %.
 
-use std::path::Path;
+use estimator_core::{Axis, Gravity, Load, Saturation, Timestamp, Validity};
 
-use estimator_core::{Axis, Gravity, Load, Timestamp, Validity};
-
-use super::error::InputError;
+use super::error::{HeaderSlip, InputError};
 use super::table::{Row, Table};
-use super::{Hints, Loaded, imu_sample, recording_name, steady_time};
+use super::{Hints, Loaded, imu_sample, steady_time};
 use crate::recording::{Label, RecordedSample, Recording};
 
 /// By how much a given sample rate may differ from that of the times, as a fraction.
 const RATE_TOLERANCE: f64 = 0.01;
 
-/// Times must stay below this, s, so that microseconds are exact.
-const MAX_TIME_S: f64 = 1.0e12;
+/// Times must lie within this of zero, s, so that microseconds are exact: up to here an f64 holds
+/// a decimal number to half a microsecond. Seconds since 1970 reach it in 2096.
+pub(super) const MAX_TIME_S: f64 = 4.0e9;
+
+/// Said where times make sense as milliseconds only.
+pub(crate) const MILLISECONDS_HINT: &str = "; column t looks like milliseconds, but is in s";
+
+/// Said where times make sense as microseconds only.
+pub(crate) const MICROSECONDS_HINT: &str = "; column t looks like microseconds, but is in s";
+
+/// What can stand in the column `validity`.
+pub const VALIDITIES: [(&str, Validity); 6] = [
+    ("valid", Validity::Valid),
+    (
+        "accelerometer_saturated",
+        Validity::Saturated(Saturation::Accelerometer),
+    ),
+    (
+        "gyroscope_saturated",
+        Validity::Saturated(Saturation::Gyroscope),
+    ),
+    ("both_saturated", Validity::Saturated(Saturation::Both)),
+    ("stale", Validity::Stale),
+    ("invalid", Validity::Invalid),
+];
 
 /// Reads a table with a header.
 ///
 /// # Errors
 /// The first thing that is wrong with it, with file, line and column.
-pub fn read(path: &Path, hints: &Hints) -> Result<Loaded, InputError> {
-    let mut table = Table::open(path)?;
-    let empty = || InputError::Empty {
-        file: path.display().to_string(),
+pub(super) fn read(mut table: Table, hints: &Hints) -> Result<Loaded, InputError> {
+    let Some(header) = table.next_row()? else {
+        return Err(table.empty());
     };
-    let header = table.next_row()?.ok_or_else(empty)?;
     let columns = Columns::checked(&header, table.file())?;
+    let mut clock: Option<Clock> = None;
     let mut times = Vec::new();
     let mut samples = Vec::new();
     while let Some(row) = table.next_row()? {
         row.expect_columns(columns.count)?;
         if let Some(index) = columns.t {
-            times.push(time(&row, index, times.last().copied())?);
+            let now_us = time_us(&row, index)?;
+            let clock = clock.get_or_insert_with(|| Clock::starting_at(now_us));
+            times.push(clock.advance_to(now_us, &row, index)?);
         }
         samples.push(columns.sample(&row)?);
     }
     if samples.is_empty() {
-        return Err(empty());
+        return Err(table.empty());
     }
     let sample_rate = sample_rate(&times, hints.sample_rate, table.file())?;
     for (k, sample) in samples.iter_mut().enumerate() {
@@ -58,9 +82,10 @@ pub fn read(path: &Path, hints: &Hints) -> Result<Loaded, InputError> {
             .unwrap_or_else(|| steady_time(k, sample_rate));
     }
     Ok(Loaded {
+        start_us: clock.map_or(0, |clock| clock.start_us),
         notices: columns.notice(table.file()).into_iter().collect(),
         recording: Recording {
-            name: recording_name(path),
+            name: table.recording_name().to_owned(),
             sample_rate,
             gravity: hints.gravity.unwrap_or(Gravity::Included),
             load_title: "force (N)".to_owned(),
@@ -69,21 +94,37 @@ pub fn read(path: &Path, hints: &Hints) -> Result<Loaded, InputError> {
     })
 }
 
+/// Whether a row is a header, however badly written: a known name stands in it.
+pub(super) fn is_header(row: &Row) -> bool {
+    row.cells()
+        .flat_map(|cell| cell.split(OTHER_SEPARATORS))
+        .any(|name| is_known(&name.to_lowercase()))
+}
+
+fn is_known(name: &str) -> bool {
+    ["t", "force", "label", "validity"].contains(&name)
+        || Axis::ALL.iter().any(|axis| axis.name() == name)
+}
+
+/// What a header's names are mistakenly separated by.
+const OTHER_SEPARATORS: [char; 4] = [';', '\t', ' ', '|'];
+
 /// Where each known column stands.
 #[derive(Default)]
-pub(super) struct Columns {
+struct Columns {
     count: usize,
     t: Option<usize>,
     axes: [Option<usize>; 6],
     force: Option<usize>,
     label: Option<usize>,
+    validity: Option<usize>,
     ignored: Vec<String>,
     duplicate: Option<(usize, String)>,
 }
 
 impl Columns {
     /// What a header says; `None` where the line holds numbers and so is no header.
-    pub(super) fn from_header(header: &Row) -> Option<Self> {
+    fn from_header(header: &Row) -> Option<Self> {
         let mut columns = Self::default();
         for (index, name) in header.cells().enumerate() {
             if name.parse::<f64>().is_ok() {
@@ -94,6 +135,7 @@ impl Columns {
                 "t" => &mut columns.t,
                 "force" => &mut columns.force,
                 "label" => &mut columns.label,
+                "validity" => &mut columns.validity,
                 _ => match Axis::ALL.iter().position(|axis| axis.name() == name) {
                     Some(axis) => &mut columns.axes[axis],
                     None => {
@@ -124,18 +166,35 @@ impl Columns {
                 file: file.to_owned(),
                 line: header.line,
                 columns: missing.join(", "),
+                slip: columns.slip(),
             })
         }
     }
 
     /// The axes that the header does not name.
-    pub(super) fn missing(&self) -> Vec<&'static str> {
+    fn missing(&self) -> Vec<&'static str> {
         Axis::ALL
             .iter()
             .zip(self.axes)
             .filter(|(_, place)| place.is_none())
             .map(|(axis, _)| axis.name())
             .collect()
+    }
+
+    /// What makes known names unknown, where that is so.
+    fn slip(&self) -> Option<HeaderSlip> {
+        let known = |name: &str| is_known(&name.to_lowercase());
+        self.ignored.iter().find_map(|name| {
+            let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
+            match separator {
+                Some(found) => name
+                    .split(found)
+                    .map(str::trim)
+                    .any(known)
+                    .then_some(HeaderSlip::Separator(found)),
+                None => known(name).then_some(HeaderSlip::UpperCase),
+            }
+        })
     }
 
     /// The sentence that names the columns nobody asked for.
@@ -161,8 +220,12 @@ impl Columns {
             (Some(index), Some(value)) => Some(label(row, index, value)?),
             _ => None,
         };
+        let validity = match self.validity {
+            Some(index) => validity(row, index)?,
+            None => Validity::Valid,
+        };
         Ok(RecordedSample {
-            imu: imu_sample(Timestamp::default(), axes, Validity::Valid),
+            imu: imu_sample(Timestamp::default(), axes, validity),
             load: force
                 .filter(|force| force.is_finite())
                 .map(|force| Load(force as f32)),
@@ -180,42 +243,81 @@ pub(super) fn label(row: &Row, index: usize, value: f64) -> Result<Label, InputE
     } else {
         Err(InputError::Label {
             cell: row.cell(index, "label"),
-            value,
+            text: row.text(index).to_owned(),
         })
     }
 }
 
-/// The time in column `index`, rounded to a microsecond.
-fn time(row: &Row, index: usize, previous: Option<Timestamp>) -> Result<Timestamp, InputError> {
-    let value = row.number(index, "t")?;
-    let cell = || row.cell(index, "t");
-    if !(0.0..=MAX_TIME_S).contains(&value) {
-        return Err(InputError::Time {
-            cell: cell(),
-            value,
-        });
+/// The validity in column `index`.
+fn validity(row: &Row, index: usize) -> Result<Validity, InputError> {
+    let text = row.text(index);
+    if text.is_empty() {
+        return Ok(Validity::Valid);
     }
-    let now = Timestamp::from_micros((value * 1.0e6).round() as u64);
-    match previous.filter(|previous| now <= *previous) {
-        Some(previous) => Err(InputError::TimeOrder {
-            cell: cell(),
-            value,
-            previous: previous.as_micros() as f64 / 1.0e6,
-        }),
-        None => Ok(now),
+    VALIDITIES
+        .into_iter()
+        .find(|(name, _)| *name == text)
+        .map(|(_, validity)| validity)
+        .ok_or_else(|| InputError::Validity {
+            cell: row.cell(index, "validity"),
+            text: text.to_owned(),
+        })
+}
+
+/// The time in column `index`, rounded to a microsecond.
+fn time_us(row: &Row, index: usize) -> Result<i64, InputError> {
+    let value = row.number(index, "t")?;
+    if (-MAX_TIME_S..=MAX_TIME_S).contains(&value) {
+        Ok((value * 1.0e6).round() as i64)
+    } else {
+        Err(InputError::Time {
+            cell: row.cell(index, "t"),
+            text: row.text(index).to_owned(),
+        })
+    }
+}
+
+/// The file's clock, which may start anywhere but runs forward.
+struct Clock {
+    start_us: i64,
+    newest_us: Option<i64>,
+}
+
+impl Clock {
+    const fn starting_at(start_us: i64) -> Self {
+        Self {
+            start_us,
+            newest_us: None,
+        }
+    }
+
+    /// The time of a row since the first one.
+    fn advance_to(
+        &mut self,
+        now_us: i64,
+        row: &Row,
+        index: usize,
+    ) -> Result<Timestamp, InputError> {
+        match self.newest_us.replace(now_us) {
+            Some(previous_us) if now_us <= previous_us => Err(InputError::TimeOrder {
+                cell: row.cell(index, "t"),
+                text: row.text(index).to_owned(),
+                previous: previous_us as f64 / 1.0e6,
+            }),
+            _ => Ok(Timestamp::from_micros(now_us.abs_diff(self.start_us))),
+        }
     }
 }
 
 /// The sample rate in Hz that times and hint agree on.
 fn sample_rate(times: &[Timestamp], given: Option<f32>, file: &str) -> Result<f32, InputError> {
     match (measured_rate(times), given) {
-        (Some(measured), Some(given))
-            if (f64::from(given) - measured).abs() > RATE_TOLERANCE * measured =>
-        {
+        (Some(measured), Some(given)) if !agree(measured, given) => {
             Err(InputError::SampleRateConflict {
                 file: file.to_owned(),
                 measured,
                 given,
+                in_milliseconds: agree(1.0e3 * measured, given),
             })
         }
         (_, Some(given)) => Ok(given),
@@ -226,14 +328,46 @@ fn sample_rate(times: &[Timestamp], given: Option<f32>, file: &str) -> Result<f3
     }
 }
 
-/// One over the median time between rows, Hz: neither a gap nor jitter moves it.
+fn agree(measured: f64, given: f32) -> bool {
+    (f64::from(given) - measured).abs() <= RATE_TOLERANCE * measured
+}
+
+/// The rate in Hz that the times between rows tell, gaps left out.
+///
+/// Rows may stand up to a fraction of a period off their places, as samples do that wait for a
+/// sensor with a clock of its own. So the rate is one over the mean time, and what can be known of
+/// it ends where the rows' places do: of the rates within that, it is the roundest.
 fn measured_rate(times: &[Timestamp]) -> Option<f64> {
     let mut steps: Vec<u64> = times
         .windows(2)
         .filter_map(|pair| pair[1].micros_since(pair[0]))
         .collect();
-    let middle = steps.len() / 2;
-    (!steps.is_empty()).then(|| 1.0e6 / *steps.select_nth_unstable(middle).1 as f64)
+    if steps.is_empty() {
+        return None;
+    }
+    let all = steps.len();
+    let median = *steps.select_nth_unstable(all / 2).1;
+    steps.retain(|step| 2 * step.abs_diff(median) <= median);
+    let (shortest, longest) = (steps.iter().min()?, steps.iter().max()?);
+    let runs = (all - steps.len() + 1) as f64;
+    let count = steps.len() as f64;
+    let mean = steps.iter().sum::<u64>() as f64 / count;
+    let uncertainty = runs * (longest - shortest) as f64 / count;
+    Some(roundest(
+        1.0e6 / (mean + uncertainty),
+        1.0e6 / mean,
+        1.0e6 / (mean - uncertainty).max(1.0),
+    ))
+}
+
+/// `rate`, or the multiple nearest to it of the largest power of ten that has one from `lowest`
+/// to `highest`.
+fn roundest(lowest: f64, rate: f64, highest: f64) -> f64 {
+    [1.0e4, 1.0e3, 1.0e2, 1.0e1, 1.0]
+        .into_iter()
+        .map(|unit| (rate / unit).round() * unit)
+        .find(|round| *round > 0.0 && (lowest..=highest).contains(round))
+        .unwrap_or(rate)
 }
 
 #[cfg(test)]
@@ -245,7 +379,7 @@ mod tests {
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(text.as_ref()).unwrap();
-        read(file.path(), hints)
+        read(Table::open(file.path())?, hints)
     }
 
     fn loaded(text: impl AsRef<[u8]>) -> Loaded {
@@ -254,8 +388,9 @@ mod tests {
 
     #[test]
     fn columns_may_stand_in_any_order() {
-        let Loaded { recording, notices } =
-            loaded("label,wz,wy,wx,az,ay,ax,force,t\n1,6,5,4,3,2,1,7,0\n0,6,5,4,3,2,1,,0.002\n");
+        let Loaded {
+            recording, notices, ..
+        } = loaded("label,wz,wy,wx,az,ay,ax,force,t\n1,6,5,4,3,2,1,7,0\n0,6,5,4,3,2,1,,0.002\n");
         let [first, second] = recording.samples[..] else {
             panic!("two rows");
         };
@@ -315,11 +450,90 @@ mod tests {
     }
 
     #[test]
-    fn the_rate_is_that_of_the_median_step() {
+    fn the_rate_is_that_of_the_steps_without_gaps() {
         let times = [0, 3_500, 7_000, 90_000, 93_500].map(Timestamp::from_micros);
         let rate = measured_rate(&times).unwrap();
         assert!((rate - 285.714).abs() < 1e-3, "{rate}");
         assert_eq!(measured_rate(&times[..1]), None);
+    }
+
+    #[test]
+    fn the_clock_may_start_anywhere() {
+        for (start, start_us) in [
+            ("-0.002", -2000),
+            ("0.5", 500_000),
+            ("1700000000.123457", 1_700_000_000_123_457),
+        ] {
+            let second = start.parse::<f64>().unwrap() + 0.004;
+            let text = format!("t,ax,ay,az,wx,wy,wz\n{start},1,2,3,4,5,6\n{second},1,2,3,4,5,6\n");
+            let Loaded {
+                recording,
+                start_us: found,
+                ..
+            } = loaded(text);
+            assert_eq!(found, start_us);
+            let times = recording
+                .samples
+                .iter()
+                .map(|s| s.imu.timestamp.as_micros());
+            assert!(times.eq([0, 4000]));
+        }
+    }
+
+    #[test]
+    fn rows_that_wait_for_a_sensors_edges_have_the_rate_of_their_ticks() {
+        for period in [146, 150, 153, 155] {
+            for rows in [50, 500, 5_000] {
+                let edge = |tick: u64| (tick * 1000).next_multiple_of(period);
+                let times: Vec<_> = (0..rows).map(edge).map(Timestamp::from_micros).collect();
+                assert_eq!(
+                    measured_rate(&times),
+                    Some(1000.0),
+                    "{period} µs, {rows} rows"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn jitter_does_not_bias_the_rate() {
+        // Rarely late by a little, made up for by few short steps: the median is 1003 µs.
+        let steps = [1003, 1003, 1003, 991].into_iter().cycle().take(4000);
+        let times: Vec<_> = steps
+            .scan(0, |now, step| {
+                *now += step;
+                Some(Timestamp::from_micros(*now))
+            })
+            .collect();
+        let rate = measured_rate(&times).unwrap();
+        assert!((rate - 1000.0).abs() < 0.01, "{rate}");
+    }
+
+    #[test]
+    fn a_rate_that_is_no_number_agrees_with_no_times() {
+        let times = [0, 10_000, 20_000].map(Timestamp::from_micros);
+        assert!(sample_rate(&times, Some(f32::NAN), "x").is_err());
+    }
+
+    #[test]
+    fn a_validity_is_kept_by_name_and_a_name_nobody_knows_is_an_error() {
+        let table = |cell: &str| {
+            format!("t,ax,ay,az,wx,wy,wz,validity\n0,1,2,3,4,5,6,{cell}\n1,0,0,0,0,0,0,\n")
+        };
+        for (name, validity) in VALIDITIES {
+            let samples = loaded(table(name)).recording.samples;
+            assert_eq!(
+                [samples[0].imu.validity, samples[1].imu.validity],
+                [validity, Validity::Valid]
+            );
+        }
+        let error = read_text(table("maybe"), &Hints::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.ends_with(", line 2, column 8 (validity): \"maybe\" where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"),
+            "{error}"
+        );
     }
 
     #[test]

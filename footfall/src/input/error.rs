@@ -4,6 +4,9 @@ use std::{fmt, io};
 
 use thiserror::Error;
 
+use super::csv::{MAX_TIME_S, MILLISECONDS_HINT};
+use crate::number::{shown, shown_rate};
+
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cell {
@@ -26,6 +29,26 @@ impl fmt::Display for Cell {
             name,
         } = self;
         write!(f, "{file}, line {line}, column {column} ({name})")
+    }
+}
+
+/// How the names in a header may be meant, although none is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeaderSlip {
+    /// They are in upper case.
+    UpperCase,
+    /// They are separated by something else than commas.
+    Separator(char),
+}
+
+impl fmt::Display for HeaderSlip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UpperCase => f.write_str("names are written in lower case"),
+            Self::Separator(found) => {
+                write!(f, "columns are separated by commas, not by {found:?}")
+            }
+        }
     }
 }
 
@@ -77,7 +100,10 @@ pub enum InputError {
         expected: usize,
     },
     /// The header lacks columns that every recording needs.
-    #[error("{file}, line {line}: missing in the header: {columns}")]
+    #[error(
+        "{file}, line {line}: missing in the header: {columns}{}",
+        slip.map(|slip| format!("; {slip}")).unwrap_or_default()
+    )]
     MissingColumns {
         /// The file, as it was named.
         file: String,
@@ -85,6 +111,8 @@ pub enum InputError {
         line: u64,
         /// The missing names, separated by commas.
         columns: String,
+        /// Where they may be all the same.
+        slip: Option<HeaderSlip>,
     },
     /// The header names a column twice.
     #[error("{cell}: this name stands in the header twice")]
@@ -107,28 +135,41 @@ pub enum InputError {
         text: String,
     },
     /// A label is neither 0 nor 1.
-    #[error("{cell}: label {value} where 0 (not stable) or 1 (stable) is expected")]
+    #[error("{cell}: label {text} where 0 (not stable) or 1 (stable) is expected")]
     Label {
         /// The cell.
         cell: Cell,
         /// What it holds.
-        value: f64,
+        text: String,
     },
-    /// A time is negative, not finite, or beyond 30 000 years.
-    #[error("{cell}: time {value} s where 0 to 1e12 is expected")]
+    /// A validity has a name that means nothing here.
+    #[error(
+        "{cell}: {text:?} where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"
+    )]
+    Validity {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        text: String,
+    },
+    /// A time is not finite, or too far from zero.
+    #[error(
+        "{cell}: {text} is no time in s: {0:e} to {MAX_TIME_S:e} is expected",
+        -MAX_TIME_S
+    )]
     Time {
         /// The cell.
         cell: Cell,
-        /// What it holds, s.
-        value: f64,
+        /// What it holds.
+        text: String,
     },
     /// Time does not advance by at least a microsecond.
-    #[error("{cell}: time {value} s does not come after {previous} s in the row before")]
+    #[error("{cell}: time {text} s does not come after {previous} s in the row before")]
     TimeOrder {
         /// The cell.
         cell: Cell,
-        /// The time, s.
-        value: f64,
+        /// The time, s, as it stands there.
+        text: String,
         /// The time of the row before, s.
         previous: f64,
     },
@@ -147,13 +188,20 @@ pub enum InputError {
         file: String,
     },
     /// The times contradict the sample rate that was given.
-    #[error("{file}: column t says {measured:.2} Hz, but the sample rate was given as {given} Hz")]
+    #[error(
+        "{file}: column t says {} Hz, but the sample rate was given as {} Hz{}",
+        shown_rate(*measured),
+        shown(*given),
+        if *in_milliseconds { MILLISECONDS_HINT } else { "" }
+    )]
     SampleRateConflict {
         /// The file, as it was named.
         file: String,
-        /// The rate from the median time between rows, Hz.
+        /// The rate that the times make, Hz.
         measured: f64,
         /// The rate that was given, Hz.
         given: f32,
+        /// Whether they would agree if the times were in milliseconds.
+        in_milliseconds: bool,
     },
 }

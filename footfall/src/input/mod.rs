@@ -20,7 +20,7 @@ use std::path::Path;
 use clap::ValueEnum;
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 
-pub use error::{Cell, InputError};
+pub use error::{Cell, HeaderSlip, InputError};
 
 use crate::recording::Recording;
 use table::Table;
@@ -32,7 +32,7 @@ pub enum Format {
     PceAtlas,
     /// Real GO1 of the method's authors: force and IMU in g and °/s, no header, 250 Hz
     PceGo1,
-    /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label (s, m/s², rad/s, N, 0/1)
+    /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1)
     Csv,
 }
 
@@ -48,10 +48,53 @@ pub struct Hints {
 /// What came out of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
-    /// The recording.
+    /// The recording. Its first sample is at time 0.
     pub recording: Recording,
+    /// What the file's clock says at the first sample, µs; 0 where the file has no clock. It may
+    /// be negative, as before a trigger, or count from 1970.
+    pub start_us: i64,
     /// One sentence on each thing that was left out or reinterpreted, for people to read.
     pub notices: Vec<String>,
+}
+
+/// A file that is open, with its format known. It is opened once and read once, so a pipe will do.
+pub struct Opened {
+    table: Table,
+    format: Format,
+}
+
+impl Opened {
+    /// Opens a file. Where no format is given, a header that names any known column makes it
+    /// `csv`.
+    ///
+    /// # Errors
+    /// The file cannot be opened, or no format is given and its first line does not tell.
+    pub fn new(path: &Path, format: Option<Format>) -> Result<Self, InputError> {
+        let mut table = Table::open(path)?;
+        let format = match format {
+            Some(format) => format,
+            None => guess_format(&mut table)?,
+        };
+        Ok(Self { table, format })
+    }
+
+    /// How the file is laid out.
+    #[must_use]
+    pub const fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Reads it.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it, with file, line and column.
+    pub fn read(self, hints: &Hints) -> Result<Loaded, InputError> {
+        match self.format {
+            Format::PceAtlas => pce::read_atlas(self.table, hints),
+            Format::PceGo1 => pce::read_go1(self.table, hints),
+            Format::Csv => csv::read(self.table, hints),
+        }
+    }
 }
 
 /// Reads a file.
@@ -59,39 +102,22 @@ pub struct Loaded {
 /// # Errors
 /// The first thing that is wrong with it, with file, line and column.
 pub fn read(path: &Path, format: Format, hints: &Hints) -> Result<Loaded, InputError> {
-    match format {
-        Format::PceAtlas => pce::read_atlas(path, hints),
-        Format::PceGo1 => pce::read_go1(path, hints),
-        Format::Csv => csv::read(path, hints),
-    }
+    Opened::new(path, Some(format))?.read(hints)
 }
 
-/// The format of a file, where its first line leaves no doubt: a header that names all six axes.
-///
-/// # Errors
-/// The file cannot be read, or its first line does not tell.
-pub fn guess_format(path: &Path) -> Result<Format, InputError> {
-    let mut table = Table::open(path)?;
-    let columns = match table.next_row() {
-        Ok(Some(header)) => csv::Columns::from_header(&header),
-        // What is wrong with the line does not matter yet: it is no header.
-        Ok(None) | Err(InputError::NotUtf8 { .. }) => None,
-        Err(error) => return Err(error),
+/// The format of a table, where its first row leaves no doubt: a header that names a known column,
+/// if not quite as it should. What else is wrong with the header, the reader will say.
+fn guess_format(table: &mut Table) -> Result<Format, InputError> {
+    let Some(first) = table.peek_row()? else {
+        return Err(table.empty());
     };
-    match columns {
-        Some(columns) if columns.missing().is_empty() => Ok(Format::Csv),
-        _ => Err(InputError::UnknownFormat {
+    if csv::is_header(first) {
+        Ok(Format::Csv)
+    } else {
+        Err(InputError::UnknownFormat {
             file: table.file().to_owned(),
-        }),
+        })
     }
-}
-
-/// Where a recording comes from, as its title: the file's name without its extension.
-fn recording_name(path: &Path) -> String {
-    path.file_stem()
-        .unwrap_or(path.as_os_str())
-        .to_string_lossy()
-        .into_owned()
 }
 
 /// The time of row `index` at a steady `sample_rate` in Hz.

@@ -28,22 +28,20 @@
 //! Hence IMU row *k* takes the load of force row [`FORCE_ROWS_PER_IMU_ROW`] · k +
 //! [`FORCE_LEAD_ROWS`], good to about ±20 force rows (40 ms).
 
-use std::path::Path;
-
 use estimator_core::params::STANDARD_GRAVITY;
-use estimator_core::{Axis, Gravity, Load, Saturation, Validity};
+use estimator_core::{Axis, Load, Params, Saturation, Validity};
 
 use super::csv::label;
 use super::error::InputError;
 use super::table::{Row, Table};
-use super::{Hints, Loaded, imu_sample, recording_name, steady_time};
+use super::{Hints, Loaded, imu_sample, steady_time};
 use crate::recording::{RecordedSample, Recording};
 
 /// Rate of the ATLAS recordings, Hz.
-pub const ATLAS_SAMPLE_RATE: f32 = 1000.0;
+pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;
 
 /// Nominal rate of the GO1 recordings' IMU columns, Hz.
-pub const GO1_SAMPLE_RATE: f32 = 250.0;
+pub const GO1_SAMPLE_RATE: f32 = Params::PAPER_GO1.sample_rate;
 
 /// Rows of the GO1's force log per row of its IMU log, as measured: see the module's text.
 pub const FORCE_ROWS_PER_IMU_ROW: f64 = 1.9;
@@ -67,9 +65,8 @@ const GO1_COLUMNS: [&str; 7] = ["Fz", "ax", "ay", "az", "wx", "wy", "wz"];
 ///
 /// # Errors
 /// The first thing that is wrong with it, with file, line and column.
-pub fn read_atlas(path: &Path, hints: &Hints) -> Result<Loaded, InputError> {
+pub(super) fn read_atlas(mut table: Table, hints: &Hints) -> Result<Loaded, InputError> {
     let sample_rate = hints.sample_rate.unwrap_or(ATLAS_SAMPLE_RATE);
-    let mut table = Table::open(path)?;
     let mut samples = Vec::new();
     while let Some(row) = table.next_row()? {
         row.expect_columns(ATLAS_COLUMNS.len())?;
@@ -85,12 +82,15 @@ pub fn read_atlas(path: &Path, hints: &Hints) -> Result<Loaded, InputError> {
             label: Some(label(&row, ATLAS_COLUMNS.len() - 1, truth)?),
         });
     }
-    not_empty(&samples, table.file())?;
+    if samples.is_empty() {
+        return Err(table.empty());
+    }
     Ok(Loaded {
+        start_us: 0,
         recording: Recording {
-            name: recording_name(path),
+            name: table.recording_name().to_owned(),
             sample_rate,
-            gravity: hints.gravity.unwrap_or(Gravity::Removed),
+            gravity: hints.gravity.unwrap_or(Params::PAPER.gravity),
             load_title: "vertical force (N)".to_owned(),
             samples,
         },
@@ -103,9 +103,8 @@ pub fn read_atlas(path: &Path, hints: &Hints) -> Result<Loaded, InputError> {
 ///
 /// # Errors
 /// The first thing that is wrong with it, with file, line and column.
-pub fn read_go1(path: &Path, hints: &Hints) -> Result<Loaded, InputError> {
+pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputError> {
     let sample_rate = hints.sample_rate.unwrap_or(GO1_SAMPLE_RATE);
-    let mut table = Table::open(path)?;
     let mut forces = Vec::new();
     let mut imu_rows = Vec::new();
     while let Some(row) = table.next_row()? {
@@ -120,7 +119,9 @@ pub fn read_go1(path: &Path, hints: &Hints) -> Result<Loaded, InputError> {
         }
         forces.push(row.number(0, GO1_COLUMNS[0])?);
     }
-    not_empty(&imu_rows, table.file())?;
+    if imu_rows.is_empty() {
+        return Err(table.empty());
+    }
     let samples: Vec<_> = imu_rows
         .iter()
         .enumerate()
@@ -134,11 +135,12 @@ pub fn read_go1(path: &Path, hints: &Hints) -> Result<Loaded, InputError> {
         })
         .collect();
     Ok(Loaded {
+        start_us: 0,
         notices: vec![go1_notice(table.file(), samples.len(), forces.len())],
         recording: Recording {
-            name: recording_name(path),
+            name: table.recording_name().to_owned(),
             sample_rate,
-            gravity: hints.gravity.unwrap_or(Gravity::Included),
+            gravity: hints.gravity.unwrap_or(Params::PAPER_GO1.gravity),
             load_title: "foot force (raw)".to_owned(),
             samples,
         },
@@ -192,15 +194,6 @@ fn go1_notice(file: &str, imu_rows: usize, force_rows: usize) -> String {
     )
 }
 
-fn not_empty<T>(rows: &[T], file: &str) -> Result<(), InputError> {
-    if rows.is_empty() {
-        return Err(InputError::Empty {
-            file: file.to_owned(),
-        });
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -210,12 +203,12 @@ mod tests {
 
     fn load(
         text: &str,
-        read: fn(&Path, &Hints) -> Result<Loaded, InputError>,
+        read: fn(Table, &Hints) -> Result<Loaded, InputError>,
     ) -> Result<Loaded, InputError> {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("recording.csv");
         std::fs::write(&path, text).unwrap();
-        read(&path, &Hints::default())
+        read(Table::open(&path)?, &Hints::default())
     }
 
     #[test]
@@ -234,10 +227,10 @@ mod tests {
     #[test]
     fn a_label_of_another_dataset_is_refused() {
         let text = "0,0,0,0,0,0,0,0,0,0,0,0,2\n";
-        assert!(matches!(
-            load(text, read_atlas),
-            Err(InputError::Label { value: 2.0, .. })
-        ));
+        match load(text, read_atlas) {
+            Err(InputError::Label { text, .. }) => assert_eq!(text, "2"),
+            other => panic!("{other:?}"),
+        }
     }
 
     #[test]
@@ -259,7 +252,9 @@ mod tests {
             let imu = if row < 80 { "0,0,1,0,0,0" } else { ",,,,," };
             writeln!(text, "{row},{imu}").unwrap();
         }
-        let Loaded { recording, notices } = load(&text, read_go1).unwrap();
+        let Loaded {
+            recording, notices, ..
+        } = load(&text, read_go1).unwrap();
         assert_eq!(recording.samples.len(), 80);
         assert_eq!(recording.samples[10].load, Some(Load(69.0)));
         // 1.9 · 79 + 50 = 200.1 lies past the last force row, 199.

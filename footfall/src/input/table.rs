@@ -13,7 +13,10 @@ use crate::progress;
 /// A file open for reading, row by row.
 pub(super) struct Table {
     file: String,
+    recording_name: String,
     reader: csv::Reader<Chain<ProgressBarIter<File>, &'static [u8]>>,
+    /// A row that was looked at and not taken yet.
+    peeked: Option<Row>,
 }
 
 impl Table {
@@ -23,6 +26,8 @@ impl Table {
         match File::open(path).and_then(|open| Ok((open.metadata()?.len(), open))) {
             Ok((bytes, open)) => Ok(Self {
                 file,
+                recording_name: recording_name(path),
+                peeked: None,
                 reader: ReaderBuilder::new()
                     .has_headers(false)
                     // Counts are checked against what the format expects, not against line 1.
@@ -46,8 +51,31 @@ impl Table {
         &self.file
     }
 
+    /// What the recording in the file is called.
+    pub(super) fn recording_name(&self) -> &str {
+        &self.recording_name
+    }
+
+    /// The row that [`next_row`](Self::next_row) will give.
+    pub(super) fn peek_row(&mut self) -> Result<Option<&Row>, InputError> {
+        if self.peeked.is_none() {
+            self.peeked = self.next_row()?;
+        }
+        Ok(self.peeked.as_ref())
+    }
+
+    /// That there is no sample in the file.
+    pub(super) fn empty(&self) -> InputError {
+        InputError::Empty {
+            file: self.file.clone(),
+        }
+    }
+
     /// The next line that is not blank; `None` at the end of the file.
     pub(super) fn next_row(&mut self) -> Result<Option<Row>, InputError> {
+        if let Some(row) = self.peeked.take() {
+            return Ok(Some(row));
+        }
         loop {
             let mut cells = StringRecord::new();
             match self.reader.read_record(&mut cells) {
@@ -90,6 +118,14 @@ impl Table {
     }
 }
 
+/// Where a recording comes from, as its title: the file's name without its extension.
+fn recording_name(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
+
 /// One line.
 pub(super) struct Row {
     file: String,
@@ -117,9 +153,14 @@ impl Row {
         }
     }
 
+    /// What stands in column `index` (from 0).
+    pub(super) fn text(&self, index: usize) -> &str {
+        self.cells.get(index).unwrap_or_default()
+    }
+
     /// The number in column `index` (from 0); `None` where the cell is blank.
     pub(super) fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
-        match self.cells.get(index).unwrap_or_default() {
+        match self.text(index) {
             "" => Ok(None),
             text => text.parse().map(Some).map_err(|_| InputError::NotANumber {
                 cell: self.cell(index, name),

@@ -41,26 +41,49 @@ pub(super) fn polylines(
     pieces
 }
 
-/// The stretches of time in which something holds, to whole pixel columns: a column counts where
-/// it holds for any of its samples.
-pub(super) fn stretches(
-    values: impl Iterator<Item = (f64, bool)>,
+/// The stretches of time in which something stays the same, to whole columns: a column shows what
+/// most of its samples are, so that areas are true and nothing is narrower than a column. A column
+/// without samples shows what the one before does.
+pub(super) fn stretches<T: Copy + PartialEq>(
+    values: impl Iterator<Item = (f64, T)>,
     span: &Range<f64>,
     columns: u32,
-) -> Vec<Range<f64>> {
-    let mut found: Vec<Range<u32>> = Vec::new();
-    for (time, _) in values.filter(|(_, holds)| *holds) {
+) -> Vec<(Range<f64>, T)> {
+    let mut winners: Vec<(u32, T)> = Vec::new();
+    let mut votes: Vec<(T, usize)> = Vec::new();
+    let mut current = 0;
+    let mut close = |column: u32, votes: &mut Vec<(T, usize)>| {
+        if let Some((winner, _)) = votes.drain(..).max_by_key(|(_, count)| *count) {
+            winners.push((column, winner));
+        }
+    };
+    for (time, value) in values {
         let column = column_of(time, span, columns);
-        match found.last_mut() {
-            Some(last) if column <= last.end => last.end = last.end.max(column + 1),
-            _ => found.push(column..column + 1),
+        if column != current {
+            close(current, &mut votes);
+            current = column;
+        }
+        match votes.iter_mut().find(|(candidate, _)| *candidate == value) {
+            Some((_, count)) => *count += 1,
+            None => votes.push((value, 1)),
         }
     }
+    close(current, &mut votes);
+
     let width = (span.end - span.start) / f64::from(columns);
     let time_of = |column: u32| span.start + f64::from(column) * width;
-    found
-        .into_iter()
-        .map(|run| time_of(run.start)..time_of(run.end))
+    let runs: Vec<_> = winners
+        .chunk_by(|a, b| a.1 == b.1)
+        .map(|run| run[0])
+        .collect();
+    let ends = runs
+        .iter()
+        .skip(1)
+        .map(|(start, _)| *start)
+        .chain([columns]);
+    runs.iter()
+        .zip(ends)
+        .map(|((start, value), end)| (time_of(*start)..time_of(end), *value))
         .collect()
 }
 
@@ -142,9 +165,22 @@ mod tests {
     }
 
     #[test]
-    fn a_stretch_covers_every_column_with_a_sample_in_it() {
-        let holds = [false, true, true, false, false, true];
-        let timed = (0..).map(f64::from).zip(holds);
-        assert_eq!(stretches(timed, &(0.0..6.0), 6), [1.0..3.0, 5.0..6.0]);
+    fn a_column_shows_what_most_of_its_samples_are() {
+        let values = ["a", "a", "a", "a", "b", "a", "b", "a", "b", "b", "b", "b"];
+        let timed = (0..).map(f64::from).zip(values);
+        // Columns of three samples: aaa, aba, bab, bbb.
+        assert_eq!(
+            stretches(timed, &(0.0..12.0), 4),
+            [(0.0..6.0, "a"), (6.0..12.0, "b")]
+        );
+    }
+
+    #[test]
+    fn a_column_without_samples_shows_what_the_one_before_does() {
+        let timed = [(0.0, 'a'), (5.0, 'b'), (9.0, 'c')];
+        assert_eq!(
+            stretches(timed.into_iter(), &(0.0..10.0), 10),
+            [(0.0..5.0, 'a'), (5.0..9.0, 'b'), (9.0..10.0, 'c')]
+        );
     }
 }

@@ -1,8 +1,15 @@
 //! The paper's figure as an SVG: load on top, then tangential and vertical probability, then
 //! the total with the labels, over one time axis.
 //!
-//! The state that the estimator sees is shaded: swing light grey, slip purple. Colours are those
-//! of Okabe and Ito, which colour-blind readers can tell apart. The file's size depends on the
+//! The state that the estimator sees is shaded: swing grey, quiet swing blue, slip purple, unknown
+//! yellow; stance stays white. Shading has columns of three pixels, each of which shows the state
+//! that most of its samples are in: the few milliseconds of slip at every landing and lift-off of
+//! a long walk would otherwise be hairlines, wider than they last and easily taken for faults of
+//! the drawing. So areas are true, what is narrower than a column is in the table alone, and of a
+//! long recording only what lasts is shaded. Without any load the state is always unknown, and
+//! nothing is shaded.
+//!
+//! The lines' colours are those of Okabe and Ito, which colour-blind readers can tell apart. The file's size depends on the
 //! picture's width and not on the recording's length: every pixel column keeps its first, lowest,
 //! highest and last value, so no peak is lost.
 
@@ -23,7 +30,8 @@ use decimate::{Trace, polylines, stretches};
 /// Width of the picture in its own units; a viewer may scale it.
 const WIDTH: u32 = 1600;
 const TITLE_HEIGHT: u32 = 56;
-const LEGEND_HEIGHT: u32 = 48;
+/// One row of the legend: lines in the first, labels and states in the second.
+const LEGEND_HEIGHT: u32 = 40;
 const PANEL_HEIGHT: u32 = 210;
 /// Room for the numbers and the title of the time axis, under the last panel only.
 const TIME_AXIS_HEIGHT: u32 = 66;
@@ -46,7 +54,11 @@ const VERTICAL_COLOUR: RGBColor = RGBColor(213, 94, 0);
 const TOTAL_COLOUR: RGBColor = RGBColor(0, 158, 115);
 const LABEL_COLOUR: RGBColor = BLACK;
 const SWING_SHADE: RGBColor = RGBColor(230, 230, 230);
+const QUIET_SWING_SHADE: RGBColor = RGBColor(196, 220, 238);
 const SLIP_SHADE: RGBColor = RGBColor(221, 189, 232);
+const UNKNOWN_SHADE: RGBColor = RGBColor(252, 243, 190);
+/// Width of a column of shading, in pixels.
+const SHADE_COLUMN: u32 = 3;
 /// Where the labels are, over the total probability, as values on its axis.
 const TRACK: Range<f64> = 1.1..1.22;
 const GRID_COLOUR: RGBColor = RGBColor(205, 205, 205);
@@ -59,24 +71,36 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// # Errors
 /// What the drawing library reports; writing to memory gives it no reason to.
 pub fn svg(recording: &Recording, estimates: &[ContactEstimate]) -> io::Result<String> {
+    svg_at(0, recording, estimates)
+}
+
+/// Draws as [`svg`] does a recording whose clock says `start_us` at timestamp 0, µs. The axis
+/// counts from there on and says so: a time since 1970 has no room at every tick.
+///
+/// # Errors
+/// Those of [`svg`].
+pub fn svg_at(
+    start_us: i64,
+    recording: &Recording,
+    estimates: &[ContactEstimate],
+) -> io::Result<String> {
     let mut text = String::new();
-    draw(&mut text, recording, estimates).map_err(io::Error::other)?;
+    draw(&mut text, start_us, recording, estimates).map_err(io::Error::other)?;
     Ok(text)
 }
 
 /// One line in a panel.
 struct Line {
-    name: &'static str,
     colour: RGBColor,
     width: u32,
     trace: Trace,
 }
 
-/// One panel: its axis and what is drawn in it.
+/// One panel: its axis and the line in it, which the axis title names in the legend too.
 struct Panel {
     axis_title: String,
     range: Range<f64>,
-    lines: Vec<Line>,
+    line: Line,
 }
 
 /// Stretches of time in which something is so.
@@ -101,6 +125,7 @@ impl Stretches {
 
 fn draw(
     text: &mut String,
+    start_us: i64,
     recording: &Recording,
     estimates: &[ContactEstimate],
 ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
@@ -112,36 +137,43 @@ fn draw(
         total.range.end = TRACK.end + 0.06;
     }
     let panels_height = panels.len() as u32 * PANEL_HEIGHT + TIME_AXIS_HEIGHT + BOTTOM_MARGIN;
-    let height = TITLE_HEIGHT + LEGEND_HEIGHT + panels_height;
+    let blocks: Vec<&Stretches> = labels.iter().chain(&shades).collect();
+    let legend_rows = if blocks.is_empty() { 1 } else { 2 };
+    let legend_height = legend_rows * LEGEND_HEIGHT;
+    let height = TITLE_HEIGHT + legend_height + panels_height;
 
     let root = SVGBackend::with_string(text, (WIDTH, height)).into_drawing_area();
     root.fill(&WHITE)?;
     let (title, rest) = root.split_vertically(TITLE_HEIGHT);
     let centred = text_style(TITLE_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
     title.draw_text(&recording.name, &centred, (plot_middle(), 32))?;
-    let (legend, mut rest) = rest.split_vertically(LEGEND_HEIGHT);
-    draw_legend(&legend, &panels, labels.iter().chain(&shades))?;
+    let (legend, mut rest) = rest.split_vertically(legend_height);
+    draw_legend(&legend, &panels, &blocks)?;
     let last = panels.len() - 1;
     for (k, panel) in panels.iter().enumerate() {
         // The last panel is that of the total probability, which the labels belong to.
         let (panel_height, track, time_axis) = if k == last {
             let height = PANEL_HEIGHT + TIME_AXIS_HEIGHT;
-            (height, labels.as_ref(), TimeAxis::Labelled)
+            (height, labels.as_ref(), Some(time_title(start_us)))
         } else {
-            (PANEL_HEIGHT, None, TimeAxis::Bare)
+            (PANEL_HEIGHT, None, None)
         };
         let (area, below) = rest.split_vertically(panel_height);
-        draw_panel(&area, panel, &shades, track, &time, time_axis)?;
+        draw_panel(&area, panel, &shades, track, &time, time_axis.as_deref())?;
         rest = below;
     }
     root.present()?;
     Ok(())
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum TimeAxis {
-    Bare,
-    Labelled,
+/// The title of the time axis.
+fn time_title(start_us: i64) -> String {
+    if start_us == 0 {
+        "time (s)".to_owned()
+    } else {
+        // Exact: an f64 holds these times to a microsecond.
+        format!("time (s) since t = {} s", start_us as f64 / 1.0e6)
+    }
 }
 
 /// Width of the data area, in pixels.
@@ -177,16 +209,14 @@ fn panels(recording: &Recording, estimates: &[ContactEstimate], time: &Range<f64
         let values = estimates.iter().map(|e| Some(f64::from(pick(e))));
         polylines(times().zip(values), time, plot_width())
     };
-    let line = |name, colour, width, trace| Line {
-        name,
-        colour,
-        width,
-        trace,
-    };
-    let of_probability = |axis_title: &str, lines| Panel {
+    let of_probability = |axis_title: &str, colour, trace| Panel {
         axis_title: axis_title.to_owned(),
         range: -0.04..1.04,
-        lines,
+        line: Line {
+            colour,
+            width: 2,
+            trace,
+        },
     };
 
     let mut panels = Vec::new();
@@ -199,31 +229,28 @@ fn panels(recording: &Recording, estimates: &[ContactEstimate], time: &Range<f64
         panels.push(Panel {
             axis_title: recording.load_title.clone(),
             range,
-            lines: vec![line("load", LOAD_COLOUR, 2, trace)],
+            line: Line {
+                colour: LOAD_COLOUR,
+                width: 2,
+                trace,
+            },
         });
     }
     let tangential = probability(|e| e.probabilities.tangential);
-    panels.push(of_probability(
-        "P tangential",
-        vec![line("tangential", TANGENTIAL_COLOUR, 2, tangential)],
-    ));
     let vertical = probability(|e| e.probabilities.vertical);
-    panels.push(of_probability(
-        "P vertical",
-        vec![line("vertical", VERTICAL_COLOUR, 2, vertical)],
-    ));
     let total = probability(|e| e.probabilities.stable);
-    panels.push(of_probability(
-        "P stable",
-        vec![line("stable contact", TOTAL_COLOUR, 2, total)],
-    ));
+    panels.extend([
+        of_probability("P tangential", TANGENTIAL_COLOUR, tangential),
+        of_probability("P vertical", VERTICAL_COLOUR, vertical),
+        of_probability("P stable", TOTAL_COLOUR, total),
+    ]);
     panels
 }
 
 /// When the label says stable; `None` where there are no labels.
 fn label_track(recording: &Recording, time: &Range<f64>) -> Option<Stretches> {
     let samples = recording.samples.iter();
-    let stable = samples.map(|s| (s.time_s(), s.label == Some(Label::Stable)));
+    let labels = samples.map(|s| (s.time_s(), s.label));
     recording
         .samples
         .iter()
@@ -231,7 +258,7 @@ fn label_track(recording: &Recording, time: &Range<f64>) -> Option<Stretches> {
         .then(|| Stretches {
             name: "label: stable",
             colour: LABEL_COLOUR,
-            times: stretches(stable, time, plot_width()),
+            times: times_of(&stretches(labels, time, plot_width()), Some(Label::Stable)),
         })
 }
 
@@ -250,58 +277,66 @@ fn shades(
     estimates: &[ContactEstimate],
     time: &Range<f64>,
 ) -> Vec<Stretches> {
-    let times = || recording.samples.iter().map(RecordedSample::time_s);
-    let shade = |name, colour, shaded: fn(Phase) -> bool| {
-        let inside = estimates.iter().map(|e| shaded(e.phase));
-        Stretches {
-            name,
-            colour,
-            times: stretches(times().zip(inside), time, plot_width()),
-        }
-    };
-    // Slip last: where both fall on one pixel, it must not be hidden.
+    if recording.samples.iter().all(|s| s.load.is_none()) {
+        return Vec::new();
+    }
+    let times = recording.samples.iter().map(RecordedSample::time_s);
+    let phases = times.zip(estimates.iter().map(|e| e.phase));
+    let found = stretches(phases, time, plot_width() / SHADE_COLUMN);
     [
-        shade("state: swing", SWING_SHADE, |phase| {
-            matches!(phase, Phase::Swing | Phase::QuietSwing)
-        }),
-        shade("state: slip", SLIP_SHADE, |phase| phase == Phase::Slip),
+        ("state: swing", SWING_SHADE, Phase::Swing),
+        ("state: quiet swing", QUIET_SWING_SHADE, Phase::QuietSwing),
+        ("state: slip", SLIP_SHADE, Phase::Slip),
+        ("state: unknown", UNKNOWN_SHADE, Phase::Unknown),
     ]
     .into_iter()
+    .map(|(name, colour, phase)| Stretches {
+        name,
+        colour,
+        times: times_of(&found, phase),
+    })
     .filter(|shade| !shade.times.is_empty())
     .collect()
 }
 
+/// Those of `stretches` in which `wanted` holds.
+fn times_of<T: Copy + PartialEq>(stretches: &[(Range<f64>, T)], wanted: T) -> Vec<Range<f64>> {
+    let holding = stretches.iter().filter(|(_, value)| *value == wanted);
+    holding.map(|(times, _)| times.clone()).collect()
+}
+
 /// A strip of its own, so that the legend never covers data.
-fn draw_legend<'a>(
+fn draw_legend(
     area: &Area<'_>,
     panels: &[Panel],
-    stretches: impl Iterator<Item = &'a Stretches>,
+    blocks: &[&Stretches],
 ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
     const SWATCH: i32 = 44;
     const SPACE: i32 = 10;
     /// About the width of a character, as no font is at hand to measure it.
     const CHARACTER: i32 = 12;
     let style = text_style(TEXT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
-    let middle = LEGEND_HEIGHT as i32 / 2;
-    let mut x = plot_left();
-    let name_at = |x: &mut i32, name: &str| {
+    let name_at = |x: &mut i32, middle: i32, name: &str| {
         *x += SWATCH + SPACE;
         let drawn = area.draw_text(name, &style, (*x, middle));
         *x += name.chars().count() as i32 * CHARACTER + 3 * SPACE;
         drawn
     };
-    for line in panels.iter().flat_map(|panel| &panel.lines) {
+    let (mut x, mut middle) = (plot_left(), LEGEND_HEIGHT as i32 / 2);
+    for Panel {
+        axis_title, line, ..
+    } in panels
+    {
         let stroke = line.colour.stroke_width(line.width + 2);
-        area.draw(&PathElement::new(
-            [(x, middle), (x + SWATCH, middle)],
-            stroke,
-        ))?;
-        name_at(&mut x, line.name)?;
+        let ends = [(x, middle), (x + SWATCH, middle)];
+        area.draw(&PathElement::new(ends, stroke))?;
+        name_at(&mut x, middle, axis_title)?;
     }
-    for shown in stretches {
+    (x, middle) = (plot_left(), middle + LEGEND_HEIGHT as i32);
+    for shown in blocks {
         let corners = [(x, middle - 12), (x + SWATCH, middle + 12)];
         area.draw(&Rectangle::new(corners, shown.colour.filled()))?;
-        name_at(&mut x, shown.name)?;
+        name_at(&mut x, middle, shown.name)?;
     }
     Ok(())
 }
@@ -312,12 +347,9 @@ fn draw_panel(
     shades: &[Stretches],
     track: Option<&Stretches>,
     time: &Range<f64>,
-    time_axis: TimeAxis,
+    time_title: Option<&str>,
 ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    let time_axis_height = match time_axis {
-        TimeAxis::Labelled => TIME_AXIS_HEIGHT,
-        TimeAxis::Bare => 0,
-    };
+    let time_axis_height = time_title.map_or(0, |_| TIME_AXIS_HEIGHT);
     let mut chart: ChartContext<'_, _, Cartesian2d<RangedCoordf64, RangedCoordf64>> =
         ChartBuilder::on(area)
             .margin_left(LEFT_MARGIN)
@@ -341,18 +373,16 @@ fn draw_panel(
         .light_line_style(TRANSPARENT)
         .label_style(text_style(NUMBER_SIZE))
         .axis_desc_style(text_style(TEXT_SIZE));
-    if time_axis == TimeAxis::Labelled {
-        mesh.x_desc("time (s)");
+    if let Some(title) = time_title {
+        mesh.x_desc(title);
     }
     mesh.draw()?;
     if let Some(track) = track {
         chart.draw_series(track.blocks(TRACK))?;
     }
-    for line in &panel.lines {
-        let style = line.colour.stroke_width(line.width);
-        let paths = line.trace.iter();
-        chart.draw_series(paths.map(|path| PathElement::new(path.clone(), style)))?;
-    }
+    let style = panel.line.colour.stroke_width(panel.line.width);
+    let paths = panel.line.trace.iter();
+    chart.draw_series(paths.map(|path| PathElement::new(path.clone(), style)))?;
     Ok(())
 }
 
@@ -370,6 +400,19 @@ mod tests {
     use estimator_core::{Gravity, ImuSample, Load, Probabilities, Timestamp};
 
     fn picture(samples: u64, load: Option<Load>, label: Option<Label>) -> String {
+        let phases = [Phase::Stance, Phase::Slip, Phase::Swing];
+        picture_of_phases(samples, load, label, |k| match load {
+            Some(_) => phases[k / 7 % 3],
+            None => Phase::Unknown,
+        })
+    }
+
+    fn picture_of_phases(
+        samples: u64,
+        load: Option<Load>,
+        label: Option<Label>,
+        phase: impl Fn(usize) -> Phase,
+    ) -> String {
         let samples: Vec<_> = (0..samples)
             .map(|k| RecordedSample {
                 imu: ImuSample {
@@ -380,13 +423,9 @@ mod tests {
                 label,
             })
             .collect();
-        let phases = [Phase::Stance, Phase::Slip, Phase::Swing];
         let estimates: Vec<_> = (0..samples.len())
             .map(|k| ContactEstimate {
-                phase: match load {
-                    Some(_) => phases[k / 7 % 3],
-                    None => Phase::Unknown,
-                },
+                phase: phase(k),
                 probabilities: Probabilities {
                     stable: (k % 17) as f32 / 16.0,
                     ..Probabilities::default()
@@ -402,6 +441,58 @@ mod tests {
             samples,
         };
         svg(&recording, &estimates).unwrap()
+    }
+
+    /// How many blocks of a colour there are: one per panel and stretch, and one in the legend.
+    fn blocks(svg: &str, RGBColor(r, g, b): RGBColor) -> usize {
+        svg.matches(&format!("fill=\"#{r:02X}{g:02X}{b:02X}\""))
+            .count()
+    }
+
+    #[test]
+    fn every_state_has_its_own_shade_and_name() {
+        for (phase, name, colour) in [
+            (Phase::Swing, "state: swing", SWING_SHADE),
+            (Phase::QuietSwing, "state: quiet swing", QUIET_SWING_SHADE),
+            (Phase::Slip, "state: slip", SLIP_SHADE),
+            (Phase::Unknown, "state: unknown", UNKNOWN_SHADE),
+        ] {
+            let svg = picture_of_phases(1000, Some(Load(5.0)), None, |k| match k {
+                0..300 => phase,
+                _ => Phase::Stance,
+            });
+            assert!(svg.contains(name), "{name}");
+            assert_eq!(svg.matches("state: ").count(), 1, "{name}");
+            assert_eq!(blocks(&svg, colour), 1 + 4, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_state_of_a_moment_is_no_hairline() {
+        // 14 s: a column of shading is 29 ms.
+        let slip_of = |milliseconds: usize| {
+            let svg = picture_of_phases(14_000, Some(Load(5.0)), None, |k| match k {
+                0..7000 => Phase::Swing,
+                _ if k < 7000 + milliseconds => Phase::Slip,
+                _ => Phase::Stance,
+            });
+            blocks(&svg, SLIP_SHADE)
+        };
+        assert_eq!(slip_of(5), 0);
+        assert_eq!(slip_of(50), 1 + 4);
+    }
+
+    #[test]
+    fn the_legend_names_lines_as_their_axes_do() {
+        let svg = picture(1000, Some(Load(5.0)), Some(Label::Stable));
+        for text in [
+            "vertical force (N)",
+            "P tangential",
+            "P vertical",
+            "P stable",
+        ] {
+            assert_eq!(svg.matches(&format!("\n{text}\n")).count(), 2, "{text}");
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 usage: master.py TTY EDS
 """
 
+import queue
 import struct
 import sys
 import threading
@@ -181,16 +182,18 @@ def resets_communication(node, rebooted=None):
 
 def sees_emergencies(network, node):
     # A load of two bytes instead of four, and then a whole one.
-    node.emcy.reset()
+    # Not `emcy.wait`, which does not see a message that comes before it waits.
+    emergencies = queue.Queue()
+    node.emcy.add_callback(emergencies.put)
     network.send_message(0x200 + FOOT, b"\1\2")
-    emergency = node.emcy.wait(0x8210, timeout=2)
-    assert emergency is not None and emergency.register == 0x11, emergency
+    emergency = emergencies.get(timeout=2)
+    assert (emergency.code, emergency.register) == (0x8210, 0x11), emergency
     assert emergency.data == bytes([19, 2, 0, 0, 0]), emergency.data
     assert node.sdo["Error register"].raw == 0x11
     assert node.sdo["Pre-defined error field"][1].raw & 0xFFFF == 0x8210
     network.send_message(0x200 + FOOT, struct.pack("<f", 120.0))
-    emergency = node.emcy.wait(0x0000, timeout=2)
-    assert emergency is not None and emergency.register == 0
+    emergency = emergencies.get(timeout=2)
+    assert (emergency.code, emergency.register) == (0, 0), emergency
     assert node.sdo["Load"].raw == 120.0
 
 

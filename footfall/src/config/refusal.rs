@@ -1,0 +1,362 @@
+//! A refused parameter in the words of whoever set it: option or key, unit and file.
+
+use std::fmt;
+
+use estimator_core::{Axis, Params, ParamsError, WindowLength};
+use thiserror::Error;
+
+use super::Overrides;
+use crate::input::csv::{MICROSECONDS_HINT, MILLISECONDS_HINT};
+use crate::number::shown;
+
+/// Why the parameters that preset, configuration file, recording and options add up to are not
+/// valid: one sentence that names what set the parameter, its value, unit and range.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{0}")]
+pub struct Refusal(String);
+
+/// Where the sample rate comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RateOrigin {
+    /// `--sample-rate`.
+    Option,
+    /// The configuration file.
+    Configuration,
+    /// The recording: its times or its format.
+    Recording,
+}
+
+/// What set the parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Origins<'a> {
+    /// The configuration file's name, or nothing.
+    pub file: Option<&'a str>,
+    /// What it sets.
+    pub overrides: &'a Overrides,
+    /// The window's option, where it was given.
+    pub window: Option<WindowLength>,
+    /// The recording's file.
+    pub recording: &'a str,
+    /// What set the sample rate.
+    pub sample_rate: RateOrigin,
+}
+
+impl Origins<'_> {
+    /// Says `error`, which `params` caused, in the words of whoever set them.
+    #[must_use]
+    pub fn explain(&self, error: &ParamsError, params: &Params) -> Refusal {
+        Refusal(match error {
+            ParamsError::WindowLength { samples, capacity } => format!(
+                "{} comes to {samples} samples at this sample rate, allowed is 1 to {capacity}",
+                self.window_name()
+            ),
+            ParamsError::OutOfRange {
+                field: "load.off_threshold",
+                value,
+                max,
+                ..
+            } if value > max => self.explain_load(params),
+            ParamsError::OutOfRange {
+                field,
+                value,
+                min,
+                max,
+            } => {
+                let name = Name::of(field);
+                let [is, low, high] = [*value, *min, *max].map(|v| name.unit.written(v));
+                let subject = match *field {
+                    "window" => self.window_name(),
+                    "sample_rate" => self.sample_rate_name(),
+                    _ => self.key_name(&name),
+                };
+                let unit = name.unit;
+                let hint = match *field {
+                    "sample_rate" => self.unit_of_times(*value, *min, *max),
+                    _ => "",
+                };
+                format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}{hint}")
+            }
+        })
+    }
+
+    /// Off above on: names both, as one of them may be the preset's.
+    fn explain_load(&self, params: &Params) -> String {
+        let load = &self.overrides.load;
+        let origin = |set: Option<f32>| match (set, self.file) {
+            (Some(_), Some(file)) => file.to_owned(),
+            _ => "preset".to_owned(),
+        };
+        format!(
+            "load.off_threshold is {} ({}), which is above load.on_threshold, {} ({}): \
+             a load that ends a stance must not exceed the one that starts it",
+            shown(params.load.off_threshold),
+            origin(load.off_threshold),
+            shown(params.load.on_threshold),
+            origin(load.on_threshold),
+        )
+    }
+
+    fn window_name(&self) -> String {
+        match (self.window, self.overrides.window) {
+            (Some(_), _) => "--window".to_owned(),
+            (None, Some(_)) => self.in_file("window"),
+            (None, None) => "the preset's window".to_owned(),
+        }
+    }
+
+    fn sample_rate_name(&self) -> String {
+        match self.sample_rate {
+            RateOrigin::Option => "--sample-rate".to_owned(),
+            RateOrigin::Configuration => self.in_file("sample_rate_hz"),
+            RateOrigin::Recording => format!("{}: the sample rate", self.recording),
+        }
+    }
+
+    fn key_name(&self, name: &Name) -> String {
+        let axis = name.axis.map(|axis| format!(" ({axis})"));
+        self.in_file(&(name.key.clone() + &axis.unwrap_or_default()))
+    }
+
+    fn in_file(&self, key: &str) -> String {
+        match self.file {
+            Some(file) => format!("{file}, key {key}"),
+            None => format!("the preset's {key}"),
+        }
+    }
+
+    /// What a rate far too low tells about the times that it was measured from.
+    fn unit_of_times(&self, rate: f32, min: f32, max: f32) -> &'static str {
+        let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
+        match self.sample_rate {
+            RateOrigin::Recording if rate < min && fits(1.0e3) => MILLISECONDS_HINT,
+            RateOrigin::Recording if rate < min && fits(1.0e6) => MICROSECONDS_HINT,
+            _ => "",
+        }
+    }
+}
+
+/// A field of the estimator's parameters as a configuration file calls it.
+struct Name {
+    key: String,
+    axis: Option<&'static str>,
+    unit: Unit,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Unit {
+    None,
+    Hertz,
+    Seconds,
+    /// Written in ms, although the field is in s.
+    Milliseconds,
+    MetresPerSecondSquared,
+    RadiansPerSecond,
+}
+
+impl Unit {
+    /// A field's value as a person writes it.
+    fn written(self, value: f32) -> String {
+        match self {
+            // By way of decimals: 1e-4 s in binary are not quite 0.1 ms.
+            Self::Milliseconds => match value.to_string().parse::<f64>() {
+                Ok(seconds) => shown((1.0e3 * seconds) as f32),
+                Err(_) => shown(1.0e3 * value),
+            },
+            _ => shown(value),
+        }
+    }
+
+    /// The end of a key of this unit.
+    const fn suffix(self) -> &'static str {
+        match self {
+            Self::None | Self::Milliseconds => "",
+            Self::Hertz => "_hz",
+            Self::Seconds => "_s",
+            Self::MetresPerSecondSquared => "_m_s2",
+            Self::RadiansPerSecond => "_rad_s",
+        }
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::None => "",
+            Self::Hertz => " Hz",
+            Self::Seconds => " s",
+            Self::Milliseconds => " ms",
+            Self::MetresPerSecondSquared => " m/s²",
+            Self::RadiansPerSecond => " rad/s",
+        })
+    }
+}
+
+impl Name {
+    fn of(field: &str) -> Self {
+        let (table, last) = field.rsplit_once('.').unwrap_or(("", field));
+        if let Some(axis) = Axis::ALL.iter().position(|axis| axis.name() == last) {
+            let (sensor, unit) = if axis < 3 {
+                ("acceleration", Unit::MetresPerSecondSquared)
+            } else {
+                ("angular_rate", Unit::RadiansPerSecond)
+            };
+            return Self {
+                key: format!("{table}.{sensor}{}", unit.suffix()),
+                axis: Some(Axis::ALL[axis].name()),
+                unit,
+            };
+        }
+        let unit = match last {
+            "sample_rate" => Unit::Hertz,
+            "window" | "gyro_timing" => Unit::Milliseconds,
+            "on_delay"
+            | "off_delay"
+            | "duration"
+            | "motion_time_constant"
+            | "bias_time_constant" => Unit::Seconds,
+            "acceleration" | "quiet_acceleration" => Unit::MetresPerSecondSquared,
+            "rate" | "quiet_rate" | "bias_limit" => Unit::RadiansPerSecond,
+            _ => Unit::None,
+        };
+        Self {
+            key: format!("{field}{}", unit.suffix()),
+            axis: None,
+            unit,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::replay::CAPACITY;
+
+    fn refusal(text: &str, window: Option<WindowLength>) -> String {
+        let overrides = Overrides::parse(text, "c.toml").unwrap();
+        let mut params = Params::DEFAULT;
+        overrides.apply(&mut params);
+        params.window = window.unwrap_or(params.window);
+        let origins = Origins {
+            file: Some("c.toml"),
+            overrides: &overrides,
+            window,
+            recording: "x.csv",
+            sample_rate: RateOrigin::Configuration,
+        };
+        let error = params.validate::<CAPACITY>().unwrap_err();
+        origins.explain(&error, &params).to_string()
+    }
+
+    #[test]
+    fn every_key_is_named_as_it_was_written_with_unit_and_file() {
+        for (text, expected) in [
+            (
+                "sample_rate_hz = 1",
+                "sample_rate_hz is 1 Hz, allowed is 20 to 10000 Hz",
+            ),
+            (
+                "window = '0ms'",
+                "window is 0 ms, allowed is 0.1 to 1000000 ms",
+            ),
+            (
+                "bandwidth.acceleration_m_s2 = -1",
+                "bandwidth.acceleration_m_s2 (ax) is -1 m/s², allowed is 1e-6 to 1000 m/s²",
+            ),
+            (
+                "half_width.angular_rate_rad_s.wy = 0",
+                "half_width.angular_rate_rad_s (wy) is 0 rad/s, allowed is 1e-6 to 10000 rad/s",
+            ),
+            (
+                "decision.threshold = 1.5",
+                "decision.threshold is 1.5, allowed is 0.01 to 0.99",
+            ),
+            (
+                "decision.on_delay_s = -1",
+                "decision.on_delay_s is -1 s, allowed is 0 to 10 s",
+            ),
+            (
+                "decision.off_delay_s = -1",
+                "decision.off_delay_s is -1 s, allowed is 0 to 10 s",
+            ),
+            (
+                "load.on_threshold = nan",
+                "load.on_threshold is NaN, allowed is -1e9 to 1e9",
+            ),
+            (
+                "load.off_threshold = -1e10",
+                "load.off_threshold is -1e10, allowed is -1e9 to 12",
+            ),
+            (
+                "attitude.gyro_timing = '60ms'",
+                "attitude.gyro_timing is 60 ms, allowed is 0 to 50 ms",
+            ),
+            (
+                "attitude.motion_time_constant_s = 0",
+                "attitude.motion_time_constant_s is 0 s, allowed is 0.1 to 100 s",
+            ),
+            (
+                "attitude.quiet_gain = 0",
+                "attitude.quiet_gain is 0, allowed is 1 to 10000",
+            ),
+            (
+                "attitude.quiet_acceleration_m_s2 = 0",
+                "attitude.quiet_acceleration_m_s2 is 0 m/s², allowed is 0.001 to 10 m/s²",
+            ),
+            (
+                "attitude.quiet_rate_rad_s = 0",
+                "attitude.quiet_rate_rad_s is 0 rad/s, allowed is 1e-4 to 1 rad/s",
+            ),
+            (
+                "attitude.rest.duration_s = 0",
+                "attitude.rest.duration_s is 0 s, allowed is 0.1 to 100 s",
+            ),
+            (
+                "attitude.rest.acceleration_m_s2 = 0",
+                "attitude.rest.acceleration_m_s2 is 0 m/s², allowed is 0.001 to 10 m/s²",
+            ),
+            (
+                "attitude.rest.rate_rad_s = 0",
+                "attitude.rest.rate_rad_s is 0 rad/s, allowed is 1e-4 to 1 rad/s",
+            ),
+            (
+                "attitude.rest.bias_limit_rad_s = -1",
+                "attitude.rest.bias_limit_rad_s is -1 rad/s, allowed is 0 to 1 rad/s",
+            ),
+            (
+                "attitude.rest.bias_time_constant_s = 0",
+                "attitude.rest.bias_time_constant_s is 0 s, allowed is 0.1 to 1000 s",
+            ),
+        ] {
+            assert_eq!(refusal(text, None), format!("c.toml, key {expected}"));
+        }
+    }
+
+    #[test]
+    fn an_option_is_named_before_a_key() {
+        assert_eq!(
+            refusal("window = '20ms'", Some(WindowLength::Duration(-0.005))),
+            "--window is -5 ms, allowed is 0.1 to 1000000 ms"
+        );
+        assert_eq!(
+            refusal("window = '0samples'", None),
+            "c.toml, key window comes to 0 samples at this sample rate, allowed is 1 to 4096"
+        );
+    }
+
+    #[test]
+    fn of_two_loads_that_contradict_each_other_both_are_named() {
+        let end = "a load that ends a stance must not exceed the one that starts it";
+        assert_eq!(
+            refusal("load.on_threshold = 5", None),
+            format!(
+                "load.off_threshold is 6 (preset), which is above load.on_threshold, 5 (c.toml): {end}"
+            )
+        );
+        assert_eq!(
+            refusal("load.off_threshold = 13", None),
+            format!(
+                "load.off_threshold is 13 (c.toml), which is above load.on_threshold, 12 (preset): {end}"
+            )
+        );
+    }
+}
