@@ -105,9 +105,8 @@ impl Calibrator {
     /// Takes in the next estimate, of which it looks at the motion and the doubts.
     pub fn update(&mut self, estimate: &ContactEstimate) {
         let (a, w) = (estimate.linear_acceleration.0, estimate.angular_rate.0);
-        let within = |(acceleration, rate): (f32, f32)| {
-            a.length() <= acceleration && w.length() <= rate
-        };
+        let within =
+            |(acceleration, rate): (f32, f32)| a.length() <= acceleration && w.length() <= rate;
         if estimate.flags.are_doubt() && !estimate.flags.contains(crate::Flag::WindowNotFull) {
             // An impact saturates, and a foot that saturates is in motion.
             self.end_stance(estimate.flags.contains(crate::Flag::Saturated));
@@ -371,7 +370,10 @@ mod tests {
         }
         let proposal = calibrator.propose().expect("enough steps");
         let clean = SPREAD_FACTOR * SPREADS[0].hypot(Params::DEFAULT.bandwidth.ax);
-        assert!(proposal.ax > clean && proposal.ax < 2.0 * clean, "{proposal:?}");
+        assert!(
+            proposal.ax > clean && proposal.ax < 2.0 * clean,
+            "{proposal:?}"
+        );
     }
 
     #[test]

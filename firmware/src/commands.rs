@@ -128,7 +128,10 @@ mod tests {
     });
 
     fn pushed(receiver: &mut UartReceiver, bytes: &[u8]) -> Vec<Input> {
-        bytes.iter().filter_map(|byte| receiver.push(*byte)).collect()
+        bytes
+            .iter()
+            .filter_map(|byte| receiver.push(*byte))
+            .collect()
     }
 
     #[test]

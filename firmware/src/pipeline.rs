@@ -18,9 +18,7 @@ use wire::node::{Crash, State};
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadSource, WINDOW_CAPACITY};
 use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
-use wire::{
-    AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage,
-};
+use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage};
 
 use crate::calibration::{Calibration, News};
 use crate::commands;

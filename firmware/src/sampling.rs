@@ -9,7 +9,7 @@
 //! | what is wrong | how it is noticed | after at most |
 //! |---|---|---|
 //! | no edge, nothing new, a status that no part sends | three bad ticks within twenty | 3 ticks |
-//! | outputs that repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 5 ticks |
+//! | outputs that repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 4 ticks |
 //! | another identity, data rates gone, as after a reset | read back in turns, one register a tick | 4 ticks |
 //! | any other register of the configuration | as above | 64 ticks |
 //! | edges too many or too few, where they are counted | three bad ticks within twenty | 3 ticks |
@@ -39,10 +39,11 @@ pub const EDGE_LIMIT_US: u64 = 200;
 /// 10 % of the sensor's clock.
 const EDGES: core::ops::RangeInclusive<u16> = 5..=8;
 
-/// How often a sample may repeat before the sensor counts as frozen. By chance all six codes
-/// repeat once in 200 000 samples at rest, four times in a row never; and eight, as
-/// [`FrozenDetector`] waits for, would take 8 ms.
-pub const FROZEN_REPEATS: u16 = 4;
+/// How often a sample may repeat before the sensor counts as frozen. With the noise of the preset
+/// all six codes repeat by chance once in 137 000 samples at rest, three times in a row once in
+/// 80 000 years; with half of that noise it would be three times a year. Four repeats would take
+/// up to 5.0 ms, and the eight that [`FrozenDetector`] waits for, 9.
+pub const FROZEN_REPEATS: u16 = 3;
 
 /// From here on a repeat is no longer taken for a sample.
 const DOUBTFUL_REPEATS: u16 = 2;
@@ -192,7 +193,7 @@ impl<SPI: SpiDevice> Sensor<SPI> {
         };
         let trouble = match self.watch.judge(doubt, time) {
             Some(doubt) => Some(self.diagnose(doubt, time).await),
-            None => self.look_at_one_register().await,
+            None => self.look_at_one_register(time).await,
         };
         let mut sample = match &raw {
             Some(raw) => imu::imu_sample(raw, time),
@@ -228,8 +229,9 @@ impl<SPI: SpiDevice> Sensor<SPI> {
 
     /// Every other tick the identity or a data rate, which are what a failed sensor loses;
     /// in between the rest of the configuration, one after the other. A difference counts once it
-    /// has been read twice.
-    async fn look_at_one_register(&mut self) -> Option<Trouble> {
+    /// has been read twice, and the identity is not that of a line at rest: then there is nothing
+    /// new to read either, and bad ticks tell.
+    async fn look_at_one_register(&mut self, now: Timestamp) -> Option<Trouble> {
         let turn = self.watch.turn;
         let writes = self.driver.config().writes();
         // Data rates come last in `writes`.
@@ -239,18 +241,19 @@ impl<SPI: SpiDevice> Sensor<SPI> {
             _ => (turn / 2).checked_rem(writes.len()),
         };
         let write = which.and_then(|which| writes.get(which).copied());
-        for attempt in 0..2 {
+        for _ in 0..2 {
             let result = match write {
                 None => self.driver.check_identity().await,
                 Some(write) => self.driver.check(write).await,
             };
-            match result {
-                Ok(()) => return None,
-                Err(error) if attempt == 1 => return Some(self.trouble_of(&error)),
-                Err(_) => {}
+            if result.is_ok() {
+                return None;
             }
         }
-        None
+        match self.driver.check_identity().await {
+            Err(Error::Identity { read: 0x00 | 0xFF }) => None,
+            _ => Some(self.diagnose(Doubt::Stale, now).await),
+        }
     }
 
     /// Looks for what is behind bad ticks: identity first, then every register.
@@ -258,10 +261,10 @@ impl<SPI: SpiDevice> Sensor<SPI> {
         let silent_us = self.watch.last_good.and_then(|good| now.micros_since(good));
         let silent_us = silent_us.map_or(u32::MAX, |us| us.min(u64::from(u32::MAX)) as u32);
         let silence = Trouble::new(Fault::SensorSilent, silent_us);
-        let edges_are_gone = self.watch.without_edge >= 3;
+        let without_edge = self.watch.without_edge;
         match self.driver.check_identity().await {
             // A line at rest and no edges: nobody there, or a part that is still booting.
-            Err(Error::Identity { read: 0x00 | 0xFF }) if edges_are_gone => return silence,
+            Err(Error::Identity { read: 0x00 | 0xFF }) if without_edge >= 2 => return silence,
             Err(error) => return self.trouble_of(&error),
             Ok(()) => {}
         }
@@ -270,7 +273,7 @@ impl<SPI: SpiDevice> Sensor<SPI> {
         }
         match doubt {
             Doubt::Repeat => Trouble::new(Fault::SensorFrozen, silent_us),
-            Doubt::Edge if edges_are_gone => silence,
+            Doubt::Edge if without_edge >= 3 => silence,
             Doubt::Edge | Doubt::Rate | Doubt::Stale => {
                 Trouble::new(Fault::SensorTiming, self.watch.bad_ticks)
             }
@@ -283,9 +286,8 @@ impl<SPI: SpiDevice> Sensor<SPI> {
     }
 
     fn trouble_of(&self, error: &Error<SPI::Error>) -> Trouble {
-        let registers = |address: u8, written: u8, read: u8| {
-            u32::from_le_bytes([address, written, read, 0])
-        };
+        let registers =
+            |address: u8, written: u8, read: u8| u32::from_le_bytes([address, written, read, 0]);
         match *error {
             Error::Identity { read } => Trouble::new(Fault::SensorWrongId, u32::from(read)),
             Error::ReadBack { register, read, .. } if read == register.reset => {
@@ -343,7 +345,10 @@ impl<SPI: SpiDevice> Sensor<SPI> {
 
 /// Bit *i*: axis *i* failed.
 fn failed_axes(result: &SelfTest) -> u32 {
-    let passed = result.accel_passed().into_iter().chain(result.gyro_passed());
+    let passed = result
+        .accel_passed()
+        .into_iter()
+        .chain(result.gyro_passed());
     (0..)
         .zip(passed)
         .fold(0, |bits, (axis, passed)| bits | u32::from(!passed) << axis)
@@ -352,9 +357,11 @@ fn failed_axes(result: &SelfTest) -> u32 {
 impl Watch {
     /// What is wrong with this sample, if anything.
     fn doubt(&mut self, tick: &Tick, raw: &RawSample) -> Option<Doubt> {
-        self.without_edge = match tick.edge {
-            Some(_) => 0,
-            None => self.without_edge.saturating_add(1),
+        // An edge that came too late for its tick is an edge.
+        self.without_edge = if tick.edge.is_some() || tick.edges.is_some_and(|edges| edges > 0) {
+            0
+        } else {
+            self.without_edge.saturating_add(1)
         };
         self.saturated_ticks = if raw.is_fresh() && raw.is_saturated() {
             self.saturated_ticks.saturating_add(1)
@@ -435,7 +442,7 @@ pub async fn run<SPI: SpiDevice>(
             if measurement.trouble.is_some() {
                 sensor.activity = Activity::Recovering;
             }
-            measurement.trouble = measurement.trouble.or(news.take());
+            measurement.trouble = measurement.trouble.or_else(|| news.take());
             if sensor.watch.good_ticks >= SETTLED_TICKS {
                 failures = 0;
             }

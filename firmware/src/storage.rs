@@ -66,7 +66,9 @@ pub struct WrongRange;
 impl<F: NorFlash> core::fmt::Debug for Storage<F> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let range = self.map.flash_range();
-        f.debug_struct("Storage").field("range", &range).finish_non_exhaustive()
+        f.debug_struct("Storage")
+            .field("range", &range)
+            .finish_non_exhaustive()
     }
 }
 
@@ -104,7 +106,12 @@ impl<F: NorFlash> Storage<F> {
         let length = encode(settings, &mut record);
         let record = record.get(..length).ok_or(StoreFailed)?;
         let mut buffer = [0; BUFFER];
-        if self.map.store_item(&mut buffer, &KEY, &record).await.is_err() {
+        if self
+            .map
+            .store_item(&mut buffer, &KEY, &record)
+            .await
+            .is_err()
+        {
             // Not repairable: begin anew.
             self.map.erase_all().await.map_err(|_| StoreFailed)?;
             let stored = self.map.store_item(&mut buffer, &KEY, &record).await;

@@ -205,7 +205,10 @@ impl From<CrashRecord> for Crash {
 
 /// FNV-1a over both words: short, and every single flipped bit changes it.
 fn check(reason: u32, counter: u32) -> u32 {
-    let bytes = reason.to_le_bytes().into_iter().chain(counter.to_le_bytes());
+    let bytes = reason
+        .to_le_bytes()
+        .into_iter()
+        .chain(counter.to_le_bytes());
     bytes.fold(0x811C_9DC5, |hash, byte| {
         (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
     })
