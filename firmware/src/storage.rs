@@ -3,6 +3,7 @@
 //! The record is appended to a page by `sequential-storage`, which checks it by CRC-32, moves to
 //! the other page when one is full, and repairs what a power cut left behind: whatever byte a cut
 //! falls on, the next load gives the settings from before or from after the write, never a mixture.
+//! Likewise where a record decays: the one before it counts, if it is still there.
 //! Only about one store in thirty erases a page; where the flash stalls the processor meanwhile,
 //! that is the one that costs ticks.
 //!
@@ -14,6 +15,10 @@
 //! | then 7 for each setting: 0, 1 | index |
 //! | 2 | sub-index |
 //! | 3 to 6 | the value, zero-extended |
+//!
+//! Of no-panic: `sequential-storage` holds asserts and unwraps, so this module is outside the proof
+//! that covers estimator, driver and wire. It runs below the sampling loop; tests feed it every cut
+//! and every damaged byte.
 //!
 //! Settings are found by address, so another version of the dictionary reads what it knows: what is
 //! new has its default, what is no longer allowed is left out and reported.
@@ -92,9 +97,26 @@ impl<F: NorFlash> Storage<F> {
         let mut buffer = [0; BUFFER];
         match self.map.fetch_item::<&[u8]>(&mut buffer, &KEY).await {
             Ok(Some(record)) => decode(record),
-            Ok(None) => (Settings::default(), Origin::Blank),
+            // A damaged record is passed over as if it were not there; here it would be missed.
+            Ok(None) if self.is_blank().await => (Settings::default(), Origin::Blank),
+            Ok(None) => (Settings::default(), Origin::Corrupted),
             Err(_) => (Settings::default(), Origin::Corrupted),
         }
+    }
+
+    /// Whether nothing was ever written since the pages were erased.
+    async fn is_blank(&mut self) -> bool {
+        const CHUNK: usize = 64;
+        let range = self.map.flash_range();
+        let flash = self.map.flash();
+        let mut chunk = [0; CHUNK];
+        for offset in range.step_by(CHUNK) {
+            let read = flash.read(offset, &mut chunk).await;
+            if read.is_err() || chunk.iter().any(|byte| *byte != 0xFF) {
+                return false;
+            }
+        }
+        true
     }
 
     /// Stores settings. What was there before is the older record, and forgotten in time.

@@ -3,8 +3,6 @@
 //! Time is the part's. The executor polls the sampling loop until it waits, lets time pass until
 //! the next moment anybody waits for, and polls again: the same run gives the same bits always.
 
-#![allow(dead_code)] // Each test uses a part of it.
-
 use std::cell::{Cell, RefCell};
 use std::pin::{Pin, pin};
 use std::task::{Context, Poll, Waker};
@@ -12,13 +10,17 @@ use std::task::{Context, Poll, Waker};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embedded_hal_async::delay::DelayNs;
 use estimator_core::Timestamp;
-use firmware::sampling::{self, EDGE_LIMIT_US, Measurement, Sensor, Tick, Ticks};
+use firmware::commands::UartReceiver;
+use firmware::imu::{SENSOR, imu_sample};
+use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, Sensor, Tick, Ticks};
 use firmware::{Foot, Start};
 use lsm6dsox::Pin as InterruptPin;
+use lsm6dsox::RawSample;
 use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
+use wire::node::Command;
 use wire::pdo::{Contact, Pdo};
-use wire::uart::{Decoder, Message};
-use wire::{CanFrame, Settings};
+use wire::uart::{Answer, ConfigSet, Decoder, Message, NmtRequest, encode};
+use wire::{Address, CanFrame, Emergency, Settings, Stage, Value};
 
 pub type Ports = firmware::Ports<NoopRawMutex>;
 
@@ -195,6 +197,8 @@ pub struct Bench {
     pub can_listens: bool,
     pub uart_listens: bool,
     decoder: Decoder,
+    receiver: UartReceiver,
+    still_ticks: u64,
 }
 
 impl Bench {
@@ -211,6 +215,8 @@ impl Bench {
             can_listens: true,
             uart_listens: true,
             decoder: Decoder::new(),
+            receiver: UartReceiver::new(),
+            still_ticks: 0,
         }
     }
 
@@ -243,6 +249,91 @@ impl Bench {
         Some(Contact::decode(frame.data8().expect("eight bytes")))
     }
 
+    /// Puts bytes into the UART; what the foot has no room for is given back.
+    pub fn type_in(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if let Some(input) = self.receiver.push(*byte) {
+                assert!(self.ports.try_put(input), "too much at once");
+            }
+        }
+        if let Some(input) = self.receiver.refused() {
+            assert!(self.ports.try_put(input), "too much at once");
+        }
+    }
+
+    /// Sends a request over UART.
+    pub fn ask(&mut self, message: &Message) {
+        let frame = encode(0, message);
+        self.type_in(frame.as_bytes());
+    }
+
+    pub fn set(&mut self, address: Address, value: Value) {
+        self.ask(&Message::ConfigSet(ConfigSet {
+            address,
+            value: value.into(),
+        }));
+    }
+
+    pub fn command(&mut self, command: Command) {
+        self.ask(&Message::Nmt(NmtRequest(command)));
+    }
+
+    /// The answers on the UART in the last tick.
+    pub fn answers(&self) -> Vec<Answer> {
+        let answers = self.uart.iter().filter_map(|message| match message {
+            Message::ConfigResponse(response) => Some(response.answer),
+            _ => None,
+        });
+        answers.collect()
+    }
+
+    /// The emergencies on the CAN in the last tick.
+    pub fn emergencies(&self) -> Vec<Emergency> {
+        let frames = self.can.iter().filter(|frame| frame.id() == 0x91);
+        let bytes = frames.map(|frame| frame.data8().expect("eight bytes"));
+        bytes.map(Emergency::decode).collect()
+    }
+
+    /// One tick of a sensor that lies still, without a sensor.
+    pub fn still(&mut self) {
+        self.still_with(None);
+    }
+
+    /// The same with a reading of the load input.
+    pub fn still_with(&mut self, reading: Option<u16>) {
+        self.still_ticks += 1;
+        let time = Timestamp::from_micros(self.still_ticks * 1000);
+        let tick = Tick {
+            time,
+            edge: Some(time),
+            ..Tick::default()
+        };
+        // Codes of 1 g upwards, and a little of everything else.
+        let scatter = (self.still_ticks % 7) as i16 - 3;
+        let mut bytes = [3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+        bytes[4] = u8::from(scatter > 0);
+        bytes[14..].copy_from_slice(&(2049 + scatter).to_le_bytes());
+        let raw = RawSample::decode(&bytes, &SENSOR).expect("a status");
+        let measurement = Measurement {
+            sample: imu_sample(&raw, time),
+            raw: Some(raw),
+            activity: Activity::Measuring,
+            trouble: None,
+            saturated_for_long: false,
+            restarts: 0,
+        };
+        self.tick(&tick, &measurement, reading);
+    }
+
+    /// Ticks until the foot is at work.
+    pub fn running(mut self) -> Self {
+        for _ in 0..1000 {
+            self.still();
+        }
+        assert_eq!(self.foot.stage(), Stage::Running);
+        self
+    }
+
     /// How many UART frames the receiving side misses.
     pub fn uart_missing(&self) -> u32 {
         self.decoder.drops().missing
@@ -263,4 +354,12 @@ pub fn run(
         bench.tick(tick, measurement, None);
         each(bench, tick, measurement);
     });
+}
+
+/// Runs a future that never waits.
+pub fn at_once<F: Future>(future: F) -> F::Output {
+    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(output) => output,
+        Poll::Pending => panic!("it waits"),
+    }
 }

@@ -68,10 +68,17 @@ fn an_hour_of_walking_leaves_no_gap_anywhere() {
         let (first, previous) = *times.get_or_insert((micros, micros));
         if frames > 1 {
             let since = micros - previous;
-            assert!((830..=1170).contains(&since), "{since} µs to frame {frames}");
+            assert!(
+                (830..=1170).contains(&since),
+                "{since} µs to frame {frames}"
+            );
         }
         times = Some((first, micros));
-        contacts += bench.uart.iter().filter(|m| matches!(m, Message::Contact(_))).count() as u64;
+        contacts += bench
+            .uart
+            .iter()
+            .filter(|m| matches!(m, Message::Contact(_)))
+            .count() as u64;
         if contact.status.decision() == Decision::Stable {
             stable += 1;
             let (_, activity) = truth.at(tick.time.as_micros() as f64 * 1.0e-6);

@@ -5,5 +5,8 @@
 //! package's binaries for its integration tests, and the firmware's are for its chip only.
 
 mod bench;
+mod calibration;
+mod communication;
 mod faults;
 mod hour;
+mod storage;
