@@ -21,10 +21,10 @@
 //!
 //! Two levels, and nothing of the lower can delay the upper:
 //!
-//! - **The sampling loop** owns the sensor and the [`Foot`](pipeline::Foot), and runs at
+//! - **The sampling loop** owns the sensor and the [`Foot`], and runs at
 //!   interrupt priority: [`sampling::run`] calls [`Foot::tick`](pipeline::Foot::tick) once a
 //!   millisecond, whatever the sensor does.
-//! - **Everything else** moves bytes between the peripherals and [`Ports`](ports::Ports), as slowly
+//! - **Everything else** moves bytes between the peripherals and [`Ports`], as slowly
 //!   as it likes. Ports are queues: short critical sections, no locks held across a wait.
 //!
 //! What a board has to bring, and no more:

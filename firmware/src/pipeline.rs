@@ -520,7 +520,7 @@ impl Foot {
     }
 
     fn report_progress<M: RawMutex>(&self, measurement: &Measurement, ports: &Ports<M>) {
-        let excused = measurement.activity != Activity::Measuring || !self.faults().is_empty();
+        let excused = measurement.activity != Activity::Measuring || self.faults().void_estimate();
         if measurement.raw.is_some() || excused {
             ports.progress.report(Worker::Sampling);
         }

@@ -46,6 +46,10 @@ pub enum BusState {
 }
 
 /// Something the foot wants done.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put it on, and a queue of two is small"
+)]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Keep these settings, then [`Ports::put`] an [`Input::Stored`].

@@ -14,12 +14,15 @@ fn get(address: Address) -> Message {
     Message::ConfigGet(ConfigGet { address })
 }
 
+/// What is done on a tick.
+type Act<'a> = (u64, &'a dyn Fn(&mut Bench));
+
 /// Runs, and does one thing on some ticks; all answers in their order.
 fn scripted(
     part: &lsm6dsox::sim::SharedPart,
     bench: &mut Bench,
     ms: u64,
-    script: &[(u64, &dyn Fn(&mut Bench))],
+    script: &[Act<'_>],
 ) -> (Vec<Answer>, Vec<Emergency>) {
     let mut answers = Vec::new();
     let mut emergencies = Vec::new();
@@ -55,19 +58,19 @@ fn a_walk_gives_half_widths_that_count_only_once_they_are_accepted() {
     assert_eq!(answers, [Answer::Done, state(1), state(2)]);
     assert_eq!(bench.foot.settings().params().half_width, before);
 
-    let mut script: Vec<(u64, Box<dyn Fn(&mut Bench)>)> = Vec::new();
-    for axis in 0..6 {
-        let address = Address::new(index::CALIBRATION, 3 + axis);
-        script.push((
-            100 + u64::from(axis),
-            Box::new(move |b| b.ask(&get(address))),
-        ));
-    }
-    script.push((200, Box::new(|b| b.set(COMMAND, Value::U8(2)))));
-    script.push((210, Box::new(|b| b.command(Command::EnterPreOperational))));
-    script.push((220, Box::new(|b| b.set(COMMAND, Value::U8(2)))));
-    let script: Vec<(u64, &dyn Fn(&mut Bench))> =
-        script.iter().map(|(at, action)| (*at, &**action)).collect();
+    let ask_proposal = |bench: &mut Bench| {
+        for axis in 0..6 {
+            bench.ask(&get(Address::new(index::CALIBRATION, 3 + axis)));
+        }
+    };
+    let accept = |bench: &mut Bench| bench.set(COMMAND, Value::U8(2));
+    let open = |bench: &mut Bench| bench.command(Command::EnterPreOperational);
+    let script: [Act<'_>; 4] = [
+        (100, &ask_proposal),
+        (200, &accept),
+        (210, &open),
+        (220, &accept),
+    ];
     let (answers, _) = scripted(&part, &mut bench, 1000, &script);
     let [proposal @ .., refused, done] = &answers[..] else {
         panic!("{answers:?}");

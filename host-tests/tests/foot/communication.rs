@@ -4,7 +4,7 @@ use crate::bench::{Bench, MS, Run, SECOND, at_once, run, standing};
 use estimator_core::{Decision, Phase, Timestamp};
 use firmware::Start;
 use firmware::ports::{BusState, Input, Request, StoreFailed};
-use firmware::supervision::{CrashReason, CrashRecord};
+use firmware::supervision::{CrashReason, CrashRecord, Worker};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{Command, State};
 use wire::uart::{Answer, Message, encode};
@@ -197,7 +197,7 @@ fn a_flood_of_malformed_commands_is_counted_and_nothing_else() {
     bench.set(WINDOW, Value::U32(10_000));
     let mut answers = Vec::new();
     run(Run::default(), &part, &mut bench, 10 * MS, |bench, _, _| {
-        answers.extend(bench.answers())
+        answers.extend(bench.answers());
     });
     assert_eq!(answers, [Answer::Refused(AbortCode::DeviceState)]);
 }
@@ -235,8 +235,8 @@ fn nobody_listening_for_a_minute_costs_frames_and_no_tick() {
         .expect("older");
     assert!(age <= 10_000, "{age} µs");
     assert_eq!(bench.answers(), [Answer::Refused(AbortCode::DeviceState)]);
-    let contacts = bench.can.iter().filter(|frame| frame.id() == 0x191);
-    let last = contacts.last().expect("contacts");
+    let mut contacts = bench.can.iter().filter(|frame| frame.id() == 0x191);
+    let last = contacts.next_back().expect("contacts");
     let now = (newest.as_micros() / 10) as u16;
     assert_eq!(last.data()[4..6], now.to_le_bytes());
     // The next health frames say what was lost.
@@ -495,4 +495,22 @@ fn a_new_threshold_is_used_and_kept_out_of_an_operational_foot() {
     bench.still();
     assert_eq!(bench.answers(), [Answer::Done]);
     assert_eq!(bench.foot.settings().params().decision.threshold, 0.99);
+}
+
+#[test]
+fn the_watchdog_is_fed_only_while_ticks_and_communication_get_on() {
+    let mut bench = bench();
+    let report_both = |bench: &Bench| {
+        bench.ports.progress.report(Worker::Can);
+        bench.ports.progress.report(Worker::Uart);
+    };
+    report_both(&bench);
+    assert!(bench.ports.progress.all_got_on());
+    report_both(&bench);
+    assert!(!bench.ports.progress.all_got_on(), "without a tick");
+    bench.still();
+    assert!(bench.ports.progress.all_got_on());
+    bench.still();
+    bench.ports.progress.report(Worker::Can);
+    assert!(!bench.ports.progress.all_got_on(), "without the UART");
 }

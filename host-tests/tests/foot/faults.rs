@@ -14,6 +14,7 @@ const BEGIN: u64 = 1500 * MS;
 /// How long a fault lasts.
 const DURATION: u64 = 150 * MS;
 
+#[derive(Clone, Copy)]
 struct Case {
     name: &'static str,
     fault: SimFault,
