@@ -27,7 +27,7 @@ use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use embassy_time::{Delay, Duration, Timer, with_timeout};
+use embassy_time::{Duration, Timer, with_timeout};
 use firmware::commands::UartReceiver;
 use firmware::ports::{BusState, Input, Request};
 use firmware::sampling::{self, Sensor};
@@ -64,6 +64,9 @@ const IDLE: Duration = Duration::from_millis(100);
 /// How often the watchdog can be fed: ten times before it bites.
 const FEEDING: Duration = Duration::from_millis(60);
 
+/// How often it is fed between two looks at the stack.
+const FEEDINGS_A_LOOK: u32 = 50;
+
 /// Identifiers of process data: a later one makes an earlier one worthless.
 const PROCESS_DATA: Range<u16> = 0x180..0x580;
 
@@ -72,7 +75,6 @@ type Settings = Storage<ConfigFlash>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    static FOOT: StaticCell<Foot> = StaticCell::new();
     static THREAD: StaticCell<Executor> = StaticCell::new();
 
     let board = board::start();
@@ -90,7 +92,7 @@ fn main() -> ! {
     introduce(&start, origin);
     let (can_rate, uart_rate) = (settings.can_bit_rate(), settings.uart_rate());
     let self_test = settings.self_test();
-    let Ok(foot) = Foot::new(settings, start) else {
+    let Some(foot) = make_foot(settings, start) else {
         give_up(&mut led, "the settings do not fit each other");
     };
     let Ok((uart_out, uart_in)) = board.uart.start(uart_rate) else {
@@ -101,13 +103,7 @@ fn main() -> ! {
     let sampling = SAMPLING.start(interrupt::UART4);
     let sensor = Sensor::new(board.sensor);
     once(
-        sample(
-            sensor,
-            board.timebase,
-            board.load,
-            FOOT.init(foot),
-            self_test,
-        ),
+        sample(sensor, board.timebase, board.load, foot, self_test),
         |task| sampling.spawn(task),
     );
 
@@ -142,11 +138,17 @@ async fn sample(
     foot: &'static mut Foot,
     self_test: bool,
 ) {
-    sampling::run(sensor, Delay, ticks, self_test, |tick, measurement| {
-        foot.tick(tick, measurement, Some(load.reading()), &PORTS);
-        let trouble = if foot.faults().is_empty() { 0 } else { TROUBLE };
-        LIGHT.store(foot.stage().code() | trouble, Ordering::Relaxed);
-    })
+    sampling::run(
+        sensor,
+        board::sensor::Delay,
+        ticks,
+        self_test,
+        |tick, measurement| {
+            foot.tick(tick, measurement, Some(load.reading()), &PORTS);
+            let trouble = if foot.faults().is_empty() { 0 } else { TROUBLE };
+            LIGHT.store(foot.stage().code() | trouble, Ordering::Relaxed);
+        },
+    )
     .await;
 }
 
@@ -156,7 +158,12 @@ async fn sample(
 #[embassy_executor::task]
 async fn send_can(mut can: board::can::Sender) {
     loop {
-        if let Ok(frame) = with_timeout(IDLE, PORTS.next_can()).await {
+        // Without a time limit, and its cost, where one is there already.
+        let frame = match PORTS.try_next_can() {
+            Some(frame) => Some(frame),
+            None => with_timeout(IDLE, PORTS.next_can()).await.ok(),
+        };
+        if let Some(frame) = frame {
             deliver(&frame, &mut can).await;
         }
         PORTS.progress.report(Worker::Can);
@@ -278,9 +285,11 @@ async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) {
     watchdog.unleash();
     let mut deepest = 0;
     loop {
-        Timer::after(FEEDING).await;
-        if PORTS.progress.all_got_on() {
-            watchdog.pet();
+        for _ in 0..FEEDINGS_A_LOOK {
+            Timer::after(FEEDING).await;
+            if PORTS.progress.all_got_on() {
+                watchdog.pet();
+            }
         }
         let used = board::stack::high_water();
         if used > deepest {
@@ -346,6 +355,15 @@ fn introduce(start: &Start, origin: Origin) {
             "crystal"
         },
     );
+}
+
+/// The foot, in its place. Apart from `main`, so that what it takes of the stack meanwhile is given
+/// back.
+#[inline(never)]
+fn make_foot(settings: wire::Settings, start: Start) -> Option<&'static mut Foot> {
+    static FOOT: StaticCell<Foot> = StaticCell::new();
+    let foot = Foot::new(settings, start).ok()?;
+    Some(FOOT.init(foot))
 }
 
 /// Spawns a task of which there is one.

@@ -54,6 +54,13 @@ impl Parts {
         ] {
             irq.set_priority(COMMUNICATION_PRIORITY);
         }
+        // Errors are looked at (`bus_state`), not told: on a broken bus there are thousands a second.
+        CAN1.ier().modify(|w| {
+            w.set_lecie(false);
+            w.set_ewgie(false);
+            w.set_epvie(false);
+            w.set_bofie(false);
+        });
         listen_to_masters(&mut can);
         let (sender, receiver) = can.split();
         let mut control = Control(can);

@@ -88,6 +88,12 @@ pub fn watch_crystal() {
 /// Switches on what hides the flash's five wait states. The HAL leaves it off.
 pub fn enable_caches() {
     FLASH.acr().modify(|w| {
+        w.set_icrst(true);
+        w.set_dcrst(true);
+    });
+    FLASH.acr().modify(|w| {
+        w.set_icrst(false);
+        w.set_dcrst(false);
         w.set_icen(true);
         w.set_dcen(true);
         w.set_prften(true);

@@ -23,6 +23,7 @@ pub mod uart;
 
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::pac::DBGMCU;
 use embassy_stm32::peripherals;
 use embassy_stm32::wdg::IndependentWatchdog;
 
@@ -77,6 +78,8 @@ pub fn start() -> Board {
     if clock == clocks::Source::Crystal {
         clocks::watch_crystal();
     }
+    // A program that a debugger has halted is not stuck.
+    DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
     interrupt::TIM5.set_priority(COMMUNICATION_PRIORITY);
     let sensor = sensor::Parts {
         controller: p.SPI1,

@@ -7,12 +7,24 @@ use embassy_stm32::spi::{self, Config, MODE_3, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::{self, input_capture::CapturePin};
 use embassy_stm32::{Peri, bind_interrupts, dma, peripherals};
+use embassy_time::{Duration, Timer};
+use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 
 bind_interrupts!(struct Irqs {
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
     DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
 });
+
+/// Waits on the HAL's timer, at least as long as it says.
+pub struct Delay;
+
+impl DelayNs for Delay {
+    async fn delay_ns(&mut self, ns: u32) {
+        // One tick more: the first one has begun already.
+        Timer::after(Duration::from_nanos(u64::from(ns)) + Duration::from_ticks(1)).await;
+    }
+}
 
 /// What the driver only writes goes from here: registers, one at a time.
 const SCRATCH: usize = 8;
