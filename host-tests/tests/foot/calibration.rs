@@ -1,5 +1,7 @@
 //! Half-widths from a walk, proposed and accepted over the UART.
 
+use std::cell::Cell;
+
 use crate::bench::{Bench, MS, Run, SECOND, run, standing};
 use footfall::gait::{GaitName, Ground, Motion, Plan, SensorParams};
 use wire::dictionary::index;
@@ -65,11 +67,15 @@ fn a_walk_gives_half_widths_that_count_only_once_they_are_accepted() {
     };
     let accept = |bench: &mut Bench| bench.set(COMMAND, Value::U8(2));
     let open = |bench: &mut Bench| bench.command(Command::EnterPreOperational);
-    let script: [Act<'_>; 4] = [
+    // An estimator made anew looks for up first.
+    let remade = Cell::new(false);
+    let look = |bench: &mut Bench| remade.set(bench.foot.estimate().flags.are_doubt());
+    let script: [Act<'_>; 5] = [
         (100, &ask_proposal),
         (200, &accept),
         (210, &open),
         (220, &accept),
+        (221, &look),
     ];
     let (answers, _) = scripted(&part, &mut bench, 1000, &script);
     let [proposal @ .., refused, done] = &answers[..] else {
@@ -77,6 +83,10 @@ fn a_walk_gives_half_widths_that_count_only_once_they_are_accepted() {
     };
     assert_eq!(*refused, Answer::Refused(AbortCode::DeviceState));
     assert_eq!(*done, Answer::Done);
+    assert!(
+        remade.get(),
+        "the estimator goes on with the old half-widths"
+    );
     let proposal: Vec<f32> = proposal
         .iter()
         .map(|answer| match answer {
