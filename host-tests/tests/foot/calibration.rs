@@ -68,16 +68,20 @@ fn a_walk_gives_half_widths_that_count_only_once_they_are_accepted() {
     let accept = |bench: &mut Bench| bench.set(COMMAND, Value::U8(2));
     let open = |bench: &mut Bench| bench.command(Command::EnterPreOperational);
     // An estimator made anew looks for up first.
-    let remade = Cell::new(false);
-    let look = |bench: &mut Bench| remade.set(bench.foot.estimate().flags.are_doubt());
-    let script: [Act<'_>; 5] = [
-        (100, &ask_proposal),
-        (200, &accept),
-        (210, &open),
-        (220, &accept),
-        (221, &look),
+    let doubt = Cell::new((false, false));
+    let look = |bench: &mut Bench| {
+        let (_, before) = doubt.get();
+        doubt.set((before, bench.foot.estimate().flags.are_doubt()));
+    };
+    let script: [Act<'_>; 6] = [
+        (7100, &ask_proposal),
+        (7200, &accept),
+        (7210, &open),
+        (7220, &look),
+        (7220, &accept),
+        (7221, &look),
     ];
-    let (answers, _) = scripted(&part, &mut bench, 1000, &script);
+    let (answers, _) = scripted(&part, &mut bench, 8000, &script);
     let [proposal @ .., refused, done] = &answers[..] else {
         panic!("{answers:?}");
     };
