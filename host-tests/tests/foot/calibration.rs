@@ -87,8 +87,9 @@ fn a_walk_gives_half_widths_that_count_only_once_they_are_accepted() {
     };
     assert_eq!(*refused, Answer::Refused(AbortCode::DeviceState));
     assert_eq!(*done, Answer::Done);
-    assert!(
-        remade.get(),
+    assert_eq!(
+        doubt.get(),
+        (false, true),
         "the estimator goes on with the old half-widths"
     );
     let proposal: Vec<f32> = proposal
