@@ -9,7 +9,7 @@
 //! with the robust spread σ of mid-stance, the bandwidth h and k = [`SPREAD_FACTOR`]. In a stance
 //! of that spread the kernels' mass within ±δ is erf(k/√2), 0.99994 per axis. A gyroscope without
 //! noise has σ near 0, and k·σ alone would collapse below the kernel's own width; k·h never does.
-//! With k = 4 the published half-widths for ATLAS lie between half and three and a half times what
+//! With k = 4 the published half-widths for ATLAS lie between 0.4 and 3.5 times what
 //! this gives on the authors' recordings of it.
 //!
 //! What mid-stance is has to be found without half-widths: a stretch of [`QUIET`] motion after a
