@@ -54,14 +54,23 @@ fn init_until_written() -> Vec<Transaction<u8>> {
     bytes
 }
 
-#[test]
-fn init_is_identity_reset_configuration_and_its_reading_back() {
+fn init() -> Vec<Transaction<u8>> {
     let mut bytes = init_until_written();
     bytes.extend(PRESET.into_iter().flat_map(|(a, v)| read(a, v)));
-    let mut spi = Mock::new(&bytes);
+    bytes
+}
+
+/// A driver that has brought the part up, before the given bytes.
+fn brought_up(bytes: Vec<Transaction<u8>>) -> (Mock<u8>, Lsm6dsox<Mock<u8>>) {
+    let spi = Mock::new(&[init(), bytes].concat());
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
     assert_eq!(sensor.init(&mut NoopDelay::new()), Ok(()));
-    spi.done();
+    (spi, sensor)
+}
+
+#[test]
+fn init_is_identity_reset_configuration_and_its_reading_back() {
+    brought_up(Vec::new()).0.done();
 }
 
 #[test]
@@ -122,8 +131,7 @@ fn a_sample_is_one_transfer_of_seventeen_bytes() {
         0x10, 0x00, 0xF0, 0xFF, 0x00, 0x02,
         0x01, 0x00, 0xFF, 0x7F, 0x01, 0x08,
     ];
-    let mut spi = Mock::new(&frame(&out, &back));
-    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    let (mut spi, mut sensor) = brought_up(frame(&out, &back));
     let raw = sensor.sample().unwrap();
     assert_eq!(raw.angular_rate.codes, [16, -16, 512]);
     assert_eq!(raw.specific_force.codes, [1, i16::MAX, 2049]);
@@ -145,8 +153,7 @@ fn the_fifo_is_its_status_and_one_transfer_of_words() {
         ]),
         Transaction::transaction_end(),
     ]);
-    let mut spi = Mock::new(&bytes);
-    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    let (mut spi, mut sensor) = brought_up(bytes);
     let mut buffer = [[0; 7]; 8];
     let batch = sensor.read_fifo(&mut buffer).unwrap();
     assert!(batch.status.watermark && !batch.status.overrun);
