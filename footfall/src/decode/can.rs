@@ -10,7 +10,7 @@ use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 
 use super::report::{EmergencyReport, Format, Report};
 use super::{Decoded, Row};
-use crate::can_log::{self, Line, Logged};
+use crate::can_log::{self, Line, Logged, Other};
 
 /// So many broken lines are named; the others are counted.
 const NAMED_LINES: u64 = 10;
@@ -29,7 +29,7 @@ pub(super) fn decode(text: &str, file: &str) -> Decoded {
         }
         match can_log::parse(line) {
             Some(Line::Frame(interface, logged)) => log.take(interface, &logged),
-            Some(Line::Other) => log.report.count_frame("not_of_a_foot"),
+            Some(Line::Other(other)) => log.report.count_frame(other_name(other)),
             None => {
                 log.report.count_problem("malformed_lines");
                 malformed += 1;
@@ -232,6 +232,15 @@ fn elapsed_us(last: Foot, now: ShortTime, logged: Timestamp) -> u64 {
     (steps + turns * TURN) * TIME_STEP_US
 }
 
+const fn other_name(other: Other) -> &'static str {
+    match other {
+        Other::Remote => "remote",
+        Other::Extended => "extended",
+        Other::Error => "error_frame",
+        Other::Fd => "fd",
+    }
+}
+
 const fn kind_name(pdo: Pdo) -> &'static str {
     match pdo {
         Pdo::Contact => "contact",
@@ -353,6 +362,8 @@ mod tests {
                    (1.000000) can0 711#05\n(1.000000) can0 611#4018100400000000\n\
                    (1.000000) can0 211#00000000\n(1.000000) can0 7E5#04\n\
                    (1.000000) can0 191#0000\n(1.000000) can0 18DAF110#00\n\
+                   (1.000000) can0 123#R\n(1.000000) can0 123##100\n\
+                   (1.000000) can0 20000004#0004000000000000\n(1.000000) can0 7FF#00\n\
                    (1.000000) can0 091#0170810000000000\n";
         let report = decode(log, "can.log").report;
         for kind in [
@@ -365,6 +376,10 @@ mod tests {
             "lss",
             "not_of_a_foot",
             "emergency",
+            "extended",
+            "remote",
+            "fd",
+            "error_frame",
         ] {
             assert_eq!(report.frames.get(kind), Some(&1), "{kind}");
         }
