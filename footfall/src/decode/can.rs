@@ -15,8 +15,18 @@ use crate::can_log::{self, Line, Logged, Other};
 /// So many broken lines are named; the others are counted.
 const NAMED_LINES: u64 = 10;
 
-/// Beyond this time between two frames the log's own clock is not asked, µs: a day.
-const LONGEST_BRIDGE_US: u64 = 86_400_000_000;
+/// Beyond this time between two frames the log's own clock was set, µs: a day.
+const LONGEST_BRIDGE_US: i64 = 86_400_000_000;
+
+/// Lines of a log are never this far out of order, µs: its own clock was set back.
+const LONGEST_RETURN_US: i64 = -1_000_000;
+
+/// By how much the clocks of foot and log may differ, µs: frames wait in adapters and in queues.
+const TOLERANCE_US: i64 = TURN_US / 4;
+
+/// A step and a turn of the foot's short clock, µs.
+const STEP_US: i64 = TIME_STEP_US as i64;
+const TURN_US: i64 = STEP_US << 16;
 
 /// Decodes all lines of a log.
 pub(super) fn decode(text: &str, file: &str) -> Decoded {
@@ -74,13 +84,66 @@ impl Default for Log {
     }
 }
 
-/// The newest contact of a foot.
+/// What is known of a foot.
 #[derive(Clone, Copy)]
 struct Foot {
+    /// The row of its newest contact: what it sends beside a contact belongs there.
     row: usize,
+    /// The short time of that row.
     short: ShortTime,
+    /// Its newest contact whose time the log does not contradict.
+    mark: Mark,
+    /// A newer one whose time the log does contradict, if that came last.
+    suspect: Option<Mark>,
+    /// The newest sequence number.
     sequence: u8,
+}
+
+/// A contact, by its foot's clock and by the log's.
+#[derive(Clone, Copy)]
+struct Mark {
+    micros: u64,
+    short: ShortTime,
     logged_us: u64,
+}
+
+/// What the log's clock says of the time from one contact to another by the foot's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Elapsed {
+    /// Both clocks agree on so many µs.
+    Agreed(i64),
+    /// The nearest that the foot's clock allows, µs, is far from what the log's says.
+    Contradicted(i64),
+    /// The log's clock was set in between; µs by the foot's clock alone, less than a turn.
+    Unbridged(i64),
+}
+
+impl Mark {
+    /// The time to a contact at `short`, logged at `at`. The foot's own clock wraps every
+    /// 655.36 ms; which turn it is, forwards or backwards, the log's clock decides.
+    fn elapsed(self, short: ShortTime, at: Timestamp) -> Elapsed {
+        let steps = i64::from(short.0.wrapping_sub(self.short.0)) * STEP_US;
+        let logged = at.as_micros() as i64 - self.logged_us as i64;
+        if !(LONGEST_RETURN_US..LONGEST_BRIDGE_US).contains(&logged) {
+            return Elapsed::Unbridged(steps);
+        }
+        let turns = (logged - steps + TURN_US / 2).div_euclid(TURN_US);
+        let elapsed = steps + turns * TURN_US;
+        if (elapsed - logged).abs() <= TOLERANCE_US {
+            Elapsed::Agreed(elapsed)
+        } else {
+            Elapsed::Contradicted(elapsed)
+        }
+    }
+
+    /// The contact that came so many µs later.
+    fn after(self, elapsed: i64, short: ShortTime, at: Timestamp) -> Self {
+        Self {
+            micros: self.micros.saturating_add_signed(elapsed),
+            short,
+            logged_us: at.as_micros(),
+        }
+    }
 }
 
 impl Log {
@@ -182,54 +245,87 @@ impl Log {
     }
 
     fn contact(&mut self, interface: &str, node: NodeId, contact: &Contact, at: Timestamp) {
-        let last = self.foot(interface, node);
-        let micros = match last {
-            None => u64::from(contact.timestamp.0) * TIME_STEP_US,
-            Some(last) => {
-                let before = self.rows[last.row].timestamp.as_micros();
-                before + elapsed_us(last, contact.timestamp, at)
-            }
+        let key = (interface.to_owned(), node.get());
+        let Contact {
+            timestamp: short,
+            sequence,
+            ..
+        } = *contact;
+        let first = Mark {
+            micros: u64::from(short.0) * TIME_STEP_US,
+            short,
+            logged_us: at.as_micros(),
         };
-        let row = Row {
-            timestamp: Timestamp::from_micros(micros),
+        let row = self.rows.len();
+        let mut foot = self.feet.get(&key).copied().unwrap_or(Foot {
+            row,
+            short,
+            mark: first,
+            suspect: None,
+            sequence: sequence.wrapping_sub(1),
+        });
+        let missing = sequence.wrapping_sub(foot.sequence).wrapping_sub(1);
+        let after_suspect = foot.suspect.take().and_then(|suspect| {
+            match suspect.elapsed(short, at) {
+                // Two that agree with each other: it is the mark that is out of date.
+                Elapsed::Agreed(elapsed) if elapsed > 0 => Some(suspect.after(elapsed, short, at)),
+                _ => None,
+            }
+        });
+        let elapsed = foot.mark.elapsed(short, at);
+        let mark = match (elapsed, after_suspect) {
+            (Elapsed::Agreed(0), _) if missing == u8::MAX => {
+                self.report.duplicates += 1;
+                return;
+            }
+            (Elapsed::Contradicted(_), Some(mark)) => mark,
+            (
+                Elapsed::Agreed(elapsed)
+                | Elapsed::Contradicted(elapsed)
+                | Elapsed::Unbridged(elapsed),
+                _,
+            ) => foot.mark.after(elapsed, short, at),
+        };
+        let is_back = matches!(elapsed, Elapsed::Agreed(elapsed) if elapsed < 0);
+        // Both the time and the number say so; the number alone goes on where a time is wrong.
+        let is_late = is_back && missing >= 1 << 7;
+        match elapsed {
+            Elapsed::Agreed(_) if is_late => self.report.count_problem("contacts_out_of_order"),
+            Elapsed::Contradicted(_) if after_suspect.is_none() => {
+                self.report.count_problem("times_against_the_log");
+                foot.suspect = Some(mark);
+            }
+            _ => {
+                if is_back {
+                    self.report.count_problem("times_that_run_backwards");
+                } else if let Elapsed::Unbridged(_) = elapsed {
+                    self.report.count_problem("clock_of_the_log_set");
+                }
+                if foot.row != row {
+                    self.report.count_step(foot.mark.micros, mark.micros);
+                }
+                foot.mark = mark;
+            }
+        }
+        let row_of_contact = Row {
+            timestamp: Timestamp::from_micros(mark.micros),
             node: Some(node),
-            sequence: u16::from(contact.sequence),
+            sequence: u16::from(sequence),
             stable: contact.stable.probability(),
             tangential: contact.tangential.probability(),
             vertical: contact.vertical.probability(),
             status: contact.status,
             ..Row::default()
         };
-        if let Some(last) = last {
-            let missing = contact.sequence.wrapping_sub(last.sequence).wrapping_sub(1);
+        if !is_late {
             self.report.count_missing(u64::from(missing));
-            self.report.count_step(&self.rows[last.row], &row);
+            foot.sequence = sequence;
         }
-        let foot = Foot {
-            row: self.rows.len(),
-            short: contact.timestamp,
-            sequence: contact.sequence,
-            logged_us: at.as_micros(),
-        };
-        self.feet.insert((interface.to_owned(), node.get()), foot);
-        self.rows.push(row);
+        self.rows.push(row_of_contact);
+        foot.row = row;
+        foot.short = short;
+        self.feet.insert(key, foot);
     }
-}
-
-/// The time from a foot's last contact to one with the time `now`, µs. Its own clock wraps every
-/// 655.36 ms; the log's clock tells how many turns of it have passed.
-fn elapsed_us(last: Foot, now: ShortTime, logged: Timestamp) -> u64 {
-    const TURN: u64 = 1 << 16;
-    let steps = u64::from(now.0.wrapping_sub(last.short.0));
-    let bridged = logged
-        .as_micros()
-        .checked_sub(last.logged_us)
-        .filter(|elapsed| *elapsed < LONGEST_BRIDGE_US)
-        .unwrap_or(0)
-        / TIME_STEP_US;
-    // Rounded to the nearest turn; never less than none.
-    let turns = (bridged + TURN / 2).saturating_sub(steps) / TURN;
-    (steps + turns * TURN) * TIME_STEP_US
 }
 
 const fn other_name(other: Other) -> &'static str {
@@ -299,6 +395,125 @@ mod tests {
         let decoded = decode(&log.concat(), "can.log");
         assert_eq!(times(&decoded), [650_000, 651_000, 10_651_000, 10_652_000]);
         assert_eq!(decoded.report.longest_step_s, Some(10.0));
+    }
+
+    /// A contact a millisecond, on both clocks, from just before the short one's turn.
+    fn steady(count: u16) -> Vec<String> {
+        let contact = |k: u16| {
+            let step = 65_000_u16.wrapping_add(100 * k);
+            contact("can0", 1_000 + u64::from(k), k as u8, step)
+        };
+        (0..count).map(contact).collect()
+    }
+
+    fn steady_times(count: u64) -> Vec<u64> {
+        (0..count).map(|k| 650_000 + 1_000 * k).collect()
+    }
+
+    #[test]
+    fn a_day_is_bridged_and_no_more() {
+        let day = 86_400_000;
+        let elapsed = (day - 1) * 1_000;
+        let step = 65_000_u16.wrapping_add((elapsed / 10 % 65_536) as u16);
+        for (log_ms, problems, last) in [
+            (day - 1, 0, 650_000 + elapsed),
+            (day, 1, 650_000 + elapsed % 655_360),
+        ] {
+            let log = [
+                contact("can0", 1, 0, 65_000),
+                contact("can0", 1 + log_ms, 1, step),
+            ];
+            let decoded = decode(&log.concat(), "can.log");
+            let counted = decoded.report.problems.get("clock_of_the_log_set");
+            assert_eq!(counted.copied().unwrap_or(0), problems);
+            assert_eq!(times(&decoded), [650_000, last]);
+        }
+    }
+
+    #[test]
+    fn a_damaged_time_is_a_problem_of_its_own_row_alone() {
+        let (backwards, against) = ("times_that_run_backwards", "times_against_the_log");
+        for (damaged, problem) in [
+            // By 100 ms, which frames may be late: before and after the turn.
+            (65_500_u16.wrapping_add(10_000), backwards),
+            (65_500 - 10_000, backwards),
+            // By more.
+            (20_000, against),
+            (33_000, against),
+            (40_000, against),
+        ] {
+            let mut log = steady(10);
+            log[5] = contact("can0", 1_005, 5, damaged);
+            let decoded = decode(&log.concat(), "can.log");
+            let (mut times, mut expected) = (times(&decoded), steady_times(10));
+            assert_ne!(times.remove(5), expected.remove(5));
+            assert_eq!(times, expected, "{damaged}");
+            let report = decoded.report;
+            assert_eq!(report.problems, [(problem.to_owned(), 1)].into());
+            assert_eq!((report.missing, report.rows), (0, 10));
+        }
+    }
+
+    #[test]
+    fn lines_out_of_order_keep_their_times_and_are_a_problem() {
+        for (from, to) in [(5, 6), (3, 8)] {
+            let mut log = steady(10);
+            let (line, mut expected) = (log.remove(from), steady_times(10));
+            log.insert(to, line);
+            let time = expected.remove(from);
+            expected.insert(to, time);
+            let decoded = decode(&log.concat(), "can.log");
+            assert_eq!(times(&decoded), expected);
+            let report = decoded.report;
+            let problem = ("contacts_out_of_order".to_owned(), 1);
+            assert_eq!(report.problems, [problem].into());
+            assert_eq!((report.gaps, report.missing, report.rows), (1, 1, 10));
+        }
+    }
+
+    #[test]
+    fn a_clock_of_the_log_that_is_set_costs_one_problem_and_no_turn() {
+        // Forwards by an hour and some, which are no whole turns; backwards by half a minute.
+        for (set_ms, problem) in [
+            (3_600_300_i64, "times_against_the_log"),
+            (-30_000, "clock_of_the_log_set"),
+        ] {
+            let log = (0..10_u16).map(|k| {
+                let set = if k < 5 { 0 } else { set_ms };
+                let log_ms = (1_000_000 + i64::from(k) + set).unsigned_abs();
+                contact("can0", log_ms, k as u8, 100 * k)
+            });
+            let decoded = decode(&log.collect::<String>(), "can.log");
+            let report = &decoded.report;
+            assert_eq!(report.problems, [(problem.to_owned(), 1)].into());
+            let times = times(&decoded);
+            let mut pairs = times.windows(2).skip(5);
+            assert!(pairs.all(|pair| pair[1] == pair[0] + 1_000));
+        }
+    }
+
+    #[test]
+    fn a_line_that_stands_twice_is_one_row_and_nothing_is_missing() {
+        let mut log = steady(10);
+        log.insert(6, log[5].clone());
+        log.insert(7, contact("can0", 1_006, 5, 65_500));
+        let decoded = decode(&log.concat(), "can.log");
+        assert_eq!(times(&decoded), steady_times(10));
+        let report = decoded.report;
+        assert_eq!((report.duplicates, report.missing, report.gaps), (2, 0, 0));
+        assert!(report.problems.is_empty());
+        let text = report.to_string();
+        assert!(text.contains("\nmissing  0 in 0 gaps, 2 duplicates\n"));
+    }
+
+    #[test]
+    fn the_same_number_at_another_time_is_a_gap_of_255_and_no_duplicate() {
+        // The second is a whole turn of the short clock later, which the log's clock tells.
+        for (log_ms, step) in [(257, 25_700), (656, 100)] {
+            let log = [contact("can0", 1, 7, 100), contact("can0", log_ms, 7, step)];
+            let report = decode(&log.concat(), "can.log").report;
+            assert_eq!((report.duplicates, report.missing), (0, 255));
+        }
     }
 
     #[test]

@@ -65,7 +65,10 @@ pub struct Report {
     pub gaps: u64,
     /// Sequence numbers that are missing, those of damaged frames included.
     pub missing: u64,
-    /// What could not be understood, and how often.
+    /// Contacts that stand in the file twice; they have one row.
+    pub duplicates: u64,
+    /// What could not be understood or contradicts itself, and how often. A contact that comes
+    /// after a later one is counted here, and as missing before that one.
     pub problems: BTreeMap<String, u64>,
     /// Emergency messages, in the order of the file.
     pub emergencies: Vec<EmergencyReport>,
@@ -84,6 +87,7 @@ impl Report {
             frames: BTreeMap::new(),
             gaps: 0,
             missing: 0,
+            duplicates: 0,
             problems: BTreeMap::new(),
             emergencies: Vec::new(),
             board: None,
@@ -104,9 +108,9 @@ impl Report {
         self.gaps += u64::from(missing > 0);
     }
 
-    /// Notes the time from a row of a foot to its next.
-    pub(super) fn count_step(&mut self, from: &Row, to: &Row) {
-        let step = to.timestamp.micros_since(from.timestamp).map(seconds);
+    /// Notes the times of a row of a foot and of its next, µs.
+    pub(super) fn count_step(&mut self, from: u64, to: u64) {
+        let step = to.checked_sub(from).map(seconds);
         self.longest_step_s = match (self.longest_step_s, step) {
             (Some(longest), Some(step)) => Some(longest.max(step)),
             (longest, step) => longest.or(step),
@@ -140,6 +144,9 @@ impl fmt::Display for Report {
         }
         write!(f, "\nframes   {}", list(&self.frames))?;
         write!(f, "\nmissing  {} in {} gaps", self.missing, self.gaps)?;
+        if self.duplicates > 0 {
+            write!(f, ", {} duplicates", self.duplicates)?;
+        }
         write!(f, "\nproblems {}", list(&self.problems))?;
         for emergency in &self.emergencies {
             let EmergencyReport {

@@ -106,7 +106,8 @@ impl Stream {
             ..Row::default()
         };
         if let Some(last) = self.rows.last() {
-            self.report.count_step(last, &row);
+            self.report
+                .count_step(last.timestamp.as_micros(), row.timestamp.as_micros());
         }
         self.rows.push(row);
     }
