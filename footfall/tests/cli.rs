@@ -275,7 +275,9 @@ fn what_the_demos_foot_sent_can_be_decoded() {
         );
         assert!(report.ends_with("\nwritten  rows.csv\n"), "{report}");
         let table = read(&bench.path("rows.csv"));
-        assert!(table.starts_with("t,node,sequence,p_stable,p_tangential,p_vertical,p_ax,"));
+        assert!(table.starts_with(
+            "t,interface,node,segment,sequence,p_stable,p_tangential,p_vertical,p_ax,"
+        ));
         assert_eq!(table.lines().count(), rows + 1);
     }
     let json = bench.stdout("decode walk/uart.bin --json");

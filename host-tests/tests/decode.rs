@@ -44,7 +44,7 @@ fn demo_with(faults: &[FaultChange]) -> Demo {
 }
 
 fn decoded(bytes: &[u8]) -> Decoded {
-    decode(bytes, "file").expect("a recording")
+    decode(bytes, "file", &[]).expect("a recording")
 }
 
 fn probabilities(row: &Row) -> [f32; 3] {
@@ -298,7 +298,7 @@ proptest! {
 
     #[test]
     fn whatever_a_file_holds_it_is_decoded_or_refused(bytes in vec(any::<u8>(), 0..2000)) {
-        let _ = decode(&bytes, "file");
+        let _ = decode(&bytes, "file", &[]);
     }
 
     #[test]
@@ -314,7 +314,7 @@ proptest! {
             bytes[at] = byte;
         }
         bytes.truncate(cut.index(bytes.len()) + 1);
-        if let Ok(Decoded { rows, report, .. }) = decode(&bytes, "file") {
+        if let Ok(Decoded { rows, report, .. }) = decode(&bytes, "file", &[]) {
             prop_assert_eq!(rows.len(), report.rows);
             let contacts = report.frames.get("contact").copied().unwrap_or(0);
             prop_assert_eq!(rows.len() as u64, contacts - report.duplicates);

@@ -1,6 +1,7 @@
 //! A log of `candump -l`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use estimator_core::Timestamp;
 use wire::pdo::{
@@ -29,8 +30,8 @@ const STEP_US: i64 = TIME_STEP_US as i64;
 const TURN_US: i64 = STEP_US << 16;
 
 /// Decodes all lines of a log.
-pub(super) fn decode(text: &str, file: &str) -> Decoded {
-    let mut log = Log::default();
+pub(super) fn decode(text: &str, file: &str, others: &[NodeId]) -> Decoded {
+    let mut log = Log::new(others);
     let mut notices = Vec::new();
     let mut malformed = 0;
     for (number, line) in (1_u64..).zip(text.lines()) {
@@ -58,6 +59,13 @@ pub(super) fn decode(text: &str, file: &str) -> Decoded {
             "{file}: {others} more lines are none of candump -l"
         ));
     }
+    if log.rows.is_empty()
+        && let Some(id) = log.stranger
+    {
+        notices.push(format!(
+            "{file}: no foot of the ids 17 to 22 has sent a contact, but node {id} may be one: --node {id}"
+        ));
+    }
     log.report.finish(&log.rows);
     Decoded {
         rows: log.rows,
@@ -72,14 +80,24 @@ struct Log {
     report: Report,
     /// By interface and node id: two buses may have a foot of the same id each.
     feet: BTreeMap<(String, u8), Foot>,
+    /// So often has each started anew.
+    segments: BTreeMap<(String, u8), u32>,
+    /// Node ids that are feet.
+    nodes: BTreeSet<u8>,
+    /// Another node that sends what may be a contact.
+    stranger: Option<u8>,
 }
 
-impl Default for Log {
-    fn default() -> Self {
+impl Log {
+    fn new(others: &[NodeId]) -> Self {
+        let feet = wire::Foot::ALL.map(wire::Foot::default_node_id);
         Self {
             rows: Vec::new(),
             report: Report::new(Format::Can),
             feet: BTreeMap::new(),
+            segments: BTreeMap::new(),
+            nodes: feet.iter().chain(others).map(|node| node.get()).collect(),
+            stranger: None,
         }
     }
 }
@@ -155,19 +173,39 @@ impl Log {
             (0x000, None) => "nmt",
             (0x080, None) => "sync",
             (0x100, None) => "time",
+            _ if id == 0x7E4 || id == 0x7E5 => "lss",
+            (0x080 | 0x180..=0x580 | 0x600 | 0x700, Some(node))
+                if !self.nodes.contains(&node.get()) =>
+            {
+                if id & 0x780 == Pdo::Contact.base() && frame.data8().is_some() {
+                    self.stranger.get_or_insert(node.get());
+                }
+                "of_other_nodes"
+            }
             (0x080, Some(node)) => return self.emergency(interface, node, frame),
             (0x580, Some(_)) => "sdo_response",
             (0x600, Some(_)) => "sdo_request",
-            (0x700, Some(_)) if frame.data() == [0] => "boot_up",
+            (0x700, Some(node)) if frame.data() == [0] => {
+                self.boot_up(interface, node);
+                "boot_up"
+            }
             (0x700, Some(_)) => "heartbeat",
             (Load::BASE, Some(_)) => "load",
-            _ if id == 0x7E4 || id == 0x7E5 => "lss",
             _ => match Pdo::from_cob_id(id) {
                 Some((pdo, node)) => return self.pdo(interface, pdo, node, logged),
                 None => "not_of_a_foot",
             },
         };
         self.report.count_frame(kind);
+    }
+
+    /// Forgets what the foot was: its clock and its numbers begin anew.
+    fn boot_up(&mut self, interface: &str, node: NodeId) {
+        let key = (interface.to_owned(), node.get());
+        if self.feet.remove(&key).is_some() {
+            self.report.restarts += 1;
+            *self.segments.entry(key).or_default() += 1;
+        }
     }
 
     fn emergency(&mut self, interface: &str, node: NodeId, frame: &CanFrame) {
@@ -181,6 +219,7 @@ impl Log {
         let t = row.map(|row| row.timestamp.as_micros() as f64 / 1.0e6);
         self.report.emergencies.push(EmergencyReport {
             t,
+            interface: interface.to_owned(),
             node: node.get(),
             code: emergency.code,
             fault: emergency
@@ -241,6 +280,14 @@ impl Log {
         }
         if time != foot.short {
             self.report.count_problem("frames_without_their_contact");
+        }
+    }
+
+    /// The interface's name, shared with the newest row where it is the same.
+    fn name(&self, interface: &str) -> Arc<str> {
+        match self.rows.last().and_then(|row| row.interface.as_ref()) {
+            Some(name) if **name == *interface => Arc::clone(name),
+            _ => interface.into(),
         }
     }
 
@@ -309,7 +356,9 @@ impl Log {
         }
         let row_of_contact = Row {
             timestamp: Timestamp::from_micros(mark.micros),
+            interface: Some(self.name(interface)),
             node: Some(node),
+            segment: self.segments.get(&key).copied().unwrap_or(0),
             sequence: u16::from(sequence),
             stable: contact.stable.probability(),
             tangential: contact.tangential.probability(),
@@ -353,6 +402,8 @@ const fn kind_name(pdo: Pdo) -> &'static str {
 mod tests {
     use super::*;
 
+    const NODE_33: NodeId = NodeId::new(33).unwrap();
+
     /// A contact of the front left foot, logged at `log_ms`.
     fn contact(interface: &str, log_ms: u64, sequence: u8, step: u16) -> String {
         let contact = Contact {
@@ -392,7 +443,7 @@ mod tests {
                 65_200_u16.wrapping_add((1_000_000_u32 % 65_536) as u16),
             ),
         ];
-        let decoded = decode(&log.concat(), "can.log");
+        let decoded = decode(&log.concat(), "can.log", &[]);
         assert_eq!(times(&decoded), [650_000, 651_000, 10_651_000, 10_652_000]);
         assert_eq!(decoded.report.longest_step_s, Some(10.0));
     }
@@ -423,7 +474,7 @@ mod tests {
                 contact("can0", 1, 0, 65_000),
                 contact("can0", 1 + log_ms, 1, step),
             ];
-            let decoded = decode(&log.concat(), "can.log");
+            let decoded = decode(&log.concat(), "can.log", &[]);
             let counted = decoded.report.problems.get("clock_of_the_log_set");
             assert_eq!(counted.copied().unwrap_or(0), problems);
             assert_eq!(times(&decoded), [650_000, last]);
@@ -444,7 +495,7 @@ mod tests {
         ] {
             let mut log = steady(10);
             log[5] = contact("can0", 1_005, 5, damaged);
-            let decoded = decode(&log.concat(), "can.log");
+            let decoded = decode(&log.concat(), "can.log", &[]);
             let (mut times, mut expected) = (times(&decoded), steady_times(10));
             assert_ne!(times.remove(5), expected.remove(5));
             assert_eq!(times, expected, "{damaged}");
@@ -462,7 +513,7 @@ mod tests {
             log.insert(to, line);
             let time = expected.remove(from);
             expected.insert(to, time);
-            let decoded = decode(&log.concat(), "can.log");
+            let decoded = decode(&log.concat(), "can.log", &[]);
             assert_eq!(times(&decoded), expected);
             let report = decoded.report;
             let problem = ("contacts_out_of_order".to_owned(), 1);
@@ -483,7 +534,7 @@ mod tests {
                 let log_ms = (1_000_000 + i64::from(k) + set).unsigned_abs();
                 contact("can0", log_ms, k as u8, 100 * k)
             });
-            let decoded = decode(&log.collect::<String>(), "can.log");
+            let decoded = decode(&log.collect::<String>(), "can.log", &[]);
             let report = &decoded.report;
             assert_eq!(report.problems, [(problem.to_owned(), 1)].into());
             let times = times(&decoded);
@@ -497,7 +548,7 @@ mod tests {
         let mut log = steady(10);
         log.insert(6, log[5].clone());
         log.insert(7, contact("can0", 1_006, 5, 65_500));
-        let decoded = decode(&log.concat(), "can.log");
+        let decoded = decode(&log.concat(), "can.log", &[]);
         assert_eq!(times(&decoded), steady_times(10));
         let report = decoded.report;
         assert_eq!((report.duplicates, report.missing, report.gaps), (2, 0, 0));
@@ -511,7 +562,7 @@ mod tests {
         // The second is a whole turn of the short clock later, which the log's clock tells.
         for (log_ms, step) in [(257, 25_700), (656, 100)] {
             let log = [contact("can0", 1, 7, 100), contact("can0", log_ms, 7, step)];
-            let report = decode(&log.concat(), "can.log").report;
+            let report = decode(&log.concat(), "can.log", &[]).report;
             assert_eq!((report.duplicates, report.missing), (0, 255));
         }
     }
@@ -524,8 +575,71 @@ mod tests {
             contact("can0", 2, 1, 200),
             contact("can1", 2, 8, 200),
         ];
-        let report = decode(&log.concat(), "can.log").report;
+        let report = decode(&log.concat(), "can.log", &[]).report;
         assert_eq!((report.gaps, report.missing, report.rows), (1, 2, 4));
+    }
+
+    #[test]
+    fn a_foot_that_starts_anew_begins_another_segment() {
+        let boot_up = |id: u16| format!("(1.500000) can0 {id:03X}#00\n");
+        // The same ids on another bus, and another foot, have not started anew.
+        let mut log = vec![boot_up(0x711), contact("can1", 1_000, 7, 100)];
+        log.extend(steady(3));
+        log.extend([boot_up(0x711), boot_up(0x712)]);
+        // On the old clock this would be a time that the log contradicts, and 254 missing.
+        log.extend([
+            contact("can0", 1_600, 1, 5_000),
+            contact("can0", 1_601, 2, 5_100),
+        ]);
+        log.push(contact("can1", 1_001, 8, 200));
+        let decoded = decode(&log.concat(), "can.log", &[]);
+        let rows = decoded.rows.iter();
+        let rows: Vec<_> = rows.map(|row| (row.segment, row.sequence)).collect();
+        assert_eq!(
+            rows,
+            [(0, 7), (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (0, 8)]
+        );
+        assert_eq!(times(&decoded)[4..], [50_000, 51_000, 2_000]);
+        let report = decoded.report;
+        assert_eq!((report.restarts, report.missing), (1, 0));
+        assert!(report.problems.is_empty());
+        assert_eq!(report.longest_step_s, Some(0.001));
+        assert!(report.to_string().contains("\nrestarts 1\n"));
+    }
+
+    #[test]
+    fn rows_tell_on_which_bus_their_foot_is() {
+        let log = [contact("can0", 1, 0, 100), contact("can1", 1, 0, 100)];
+        let decoded = decode(&log.concat(), "can.log", &[]);
+        let interfaces = decoded.rows.iter().map(|row| row.interface.as_deref());
+        assert!(interfaces.eq([Some("can0"), Some("can1")]));
+    }
+
+    #[test]
+    fn other_devices_are_no_feet_unless_they_are_said_to_be() {
+        // Of node 33: boot-up, a contact, axes, health, an emergency and two of SDO.
+        let mut log = String::new();
+        for id in [0x721, 0x1A1, 0x2A1, 0x4A1, 0xA1, 0x5A1, 0x621] {
+            log += &format!("(1.000000) can0 {id:03X}#0000000000000000\n");
+        }
+        let decoded = decode(&log, "can.log", &[]);
+        assert_eq!(decoded.rows, []);
+        assert_eq!(decoded.report.frames, [("of_other_nodes", 7)].into());
+        assert!(decoded.report.emergencies.is_empty());
+        assert_eq!(
+            decoded.notices,
+            [
+                "can.log: no foot of the ids 17 to 22 has sent a contact, but node 33 may be one: --node 33"
+            ]
+        );
+        let decoded = decode(&log, "can.log", &[NODE_33]);
+        assert_eq!(decoded.rows.len(), 1);
+        assert_eq!(decoded.rows[0].node, Some(NODE_33));
+        assert_eq!(decoded.report.frames.get("of_other_nodes"), None);
+        assert!(decoded.notices.is_empty());
+        // Beside a foot there is nothing to say.
+        let decoded = decode(&(log + &contact("can0", 1, 0, 0)), "can.log", &[]);
+        assert!(decoded.rows.len() == 1 && decoded.notices.is_empty());
     }
 
     #[test]
@@ -535,7 +649,7 @@ mod tests {
             "(1.2) x\n".to_owned(),
             contact("can0", 2, 1, 100),
         ];
-        let decoded = decode(&log.concat(), "can.log");
+        let decoded = decode(&log.concat(), "can.log", &[]);
         assert_eq!(decoded.rows.len(), 2);
         assert_eq!(
             decoded.notices,
@@ -543,7 +657,7 @@ mod tests {
                 "can.log, line 2: \"(1.2) x\" is no line of candump -l, which are like (1609459200.000111) can0 191#FFFF80800C0007D8"
             ]
         );
-        let decoded = decode(&"x\n".repeat(1000), "can.log");
+        let decoded = decode(&"x\n".repeat(1000), "can.log", &[]);
         assert_eq!(decoded.report.problems["malformed_lines"], 1000);
         assert_eq!(decoded.notices.len(), 11);
         assert_eq!(
@@ -564,10 +678,11 @@ mod tests {
         let decoded = decode(
             &[contact("can0", 1, 0, 100), axes.clone()].concat(),
             "can.log",
+            &[],
         );
         assert_eq!(decoded.rows[0].axes, None);
         assert_eq!(decoded.report.problems["frames_without_their_contact"], 1);
-        let decoded = decode(&[contact("can0", 1, 0, 300), axes].concat(), "can.log");
+        let decoded = decode(&[contact("can0", 1, 0, 300), axes].concat(), "can.log", &[]);
         assert!(decoded.rows[0].axes.is_some() && decoded.report.problems.is_empty());
     }
 
@@ -580,7 +695,7 @@ mod tests {
                    (1.000000) can0 123#R\n(1.000000) can0 123##100\n\
                    (1.000000) can0 20000004#0004000000000000\n(1.000000) can0 7FF#00\n\
                    (1.000000) can0 091#0170810000000000\n";
-        let report = decode(log, "can.log").report;
+        let report = decode(log, "can.log", &[]).report;
         for kind in [
             "nmt",
             "sync",

@@ -22,6 +22,8 @@ pub enum Format {
 pub struct EmergencyReport {
     /// Time of the foot's last contact frame before it, s; `None` where there was none.
     pub t: Option<f64>,
+    /// The interface that received it.
+    pub interface: String,
     /// The foot's node id.
     pub node: u8,
     /// The emergency code; 0 where a fault has gone.
@@ -65,6 +67,8 @@ pub struct Report {
     pub gaps: u64,
     /// Sequence numbers that are missing, those of damaged frames included.
     pub missing: u64,
+    /// How often a foot has started anew within the file: its clock and its numbers with it.
+    pub restarts: u64,
     /// Contacts that stand in the file twice; they have one row.
     pub duplicates: u64,
     /// What could not be understood or contradicts itself, and how often. A contact that comes
@@ -87,6 +91,7 @@ impl Report {
             frames: BTreeMap::new(),
             gaps: 0,
             missing: 0,
+            restarts: 0,
             duplicates: 0,
             problems: BTreeMap::new(),
             emergencies: Vec::new(),
@@ -147,10 +152,14 @@ impl fmt::Display for Report {
         if self.duplicates > 0 {
             write!(f, ", {} duplicates", self.duplicates)?;
         }
+        if self.restarts > 0 {
+            write!(f, "\nrestarts {}", self.restarts)?;
+        }
         write!(f, "\nproblems {}", list(&self.problems))?;
         for emergency in &self.emergencies {
             let EmergencyReport {
                 t,
+                interface,
                 node,
                 code,
                 fault,
@@ -161,8 +170,11 @@ impl fmt::Display for Report {
                 write!(f, "{t:.3} s, ")?;
             }
             match code {
-                0 => write!(f, "node {node}: {fault} has gone")?,
-                _ => write!(f, "node {node}: {fault} (0x{code:04X}), detail {detail}")?,
+                0 => write!(f, "{interface}, node {node}: {fault} has gone")?,
+                _ => write!(
+                    f,
+                    "{interface}, node {node}: {fault} (0x{code:04X}), detail {detail}"
+                )?,
             }
         }
         if let Some(board) = &self.board {
