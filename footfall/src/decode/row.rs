@@ -3,9 +3,11 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use estimator_core::{Decision, Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
+use estimator_core::{Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
 use wire::NodeId;
 use wire::pdo::Status;
+
+use crate::output::decision_name;
 
 /// The header of the table of decoded rows. Columns that `samples.csv` has too have its names,
 /// its units and its meaning; a cell is blank where nothing was sent with that sample.
@@ -113,10 +115,7 @@ pub fn write_rows(rows: &[Row], to: &mut dyn Write) -> io::Result<()> {
             cells(to, vector.map(|v| [v.x, v.y, v.z]))?;
         }
         cells(to, row.temperature.map(|celsius| [celsius]))?;
-        let decision = match row.status.decision() {
-            Decision::Stable => "stable",
-            Decision::NotStable => "not_stable",
-        };
+        let decision = decision_name(row.status.decision());
         let state = row.status.phase().name();
         writeln!(to, ",{state},{decision},{}", row.flag_names().join("|"))?;
     }
