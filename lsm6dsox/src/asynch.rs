@@ -304,7 +304,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
-        let written = register::CTRL3_C.reset | ctrl3_c::SW_RESET.flag(true);
+        let written = register::CTRL3_C.reset | ctrl3_c::SW_RESET.mask();
         self.write(register::CTRL3_C, written).await?;
         let mut read = written;
         for _ in 0..RESET_POLLS {
