@@ -140,13 +140,13 @@ mod tests {
         }
         fifo.clear();
         assert_eq!((fifo.level(), fifo.status1(), fifo.status2(1)), (0, 0, 0));
-        // Slot 1 comes first again, and the word of tag 2 has three ones with it.
+        // Slot 1 comes first again; slot 0 leaves tag 2 to be made even.
         fifo.next_slot();
         fifo.push(Mode::Continuous, tag::ACCEL, [0; 6]);
-        assert_eq!(fifo.read(0), 0b00010_01_0);
+        assert_eq!(fifo.read(0), 0x12);
         fifo.clear();
         fifo.push(Mode::Continuous, tag::ACCEL, [0; 6]);
-        assert_eq!(fifo.read(0), 0b00010_00_1);
+        assert_eq!(fifo.read(0), 0x11);
     }
 
     #[test]
