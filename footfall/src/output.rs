@@ -320,7 +320,6 @@ mod tests {
             decision: Decision::Stable,
             phase: Phase::Stance,
             flags: Flags::NONE.with(Flag::TimeGap),
-            ..ContactEstimate::default()
         };
         (sample, estimate)
     }
