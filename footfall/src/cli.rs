@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use estimator_core::{Gravity, WindowLength};
+use wire::NodeId;
 
 use crate::config::{
     Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
@@ -90,12 +91,26 @@ pub struct DemoArguments {
 pub struct DecodeArguments {
     /// The log or recording; which of the two it is, its contents tell
     pub input: PathBuf,
+    /// On CAN, a node that is a foot beside those of the ids 0x11 to 0x16; may be repeated
+    #[arg(long = "node", value_name = "ID", value_parser = parse_node)]
+    pub nodes: Vec<NodeId>,
     /// Write the rows, one per contact frame
     #[arg(long, value_name = "OUT.csv")]
     pub output: Option<PathBuf>,
     /// Print the report as one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// A node id, decimal or with 0x hexadecimal.
+fn parse_node(text: &str) -> Result<NodeId, &'static str> {
+    let id = match text.strip_prefix("0x") {
+        Some(digits) => u8::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    id.ok()
+        .and_then(NodeId::new)
+        .ok_or("write a node id, 1 to 127 or 0x01 to 0x7F")
 }
 
 impl Default for DemoArguments {
@@ -177,7 +192,7 @@ impl ReplayArguments {
 impl DecodeArguments {
     fn run(&self) -> Result<(), Error> {
         targets::check(&self.input, self.output.as_deref(), None)?;
-        let decoded = decode::read(&self.input)?;
+        let decoded = decode::read(&self.input, &self.nodes)?;
         for notice in &decoded.notices {
             eprintln!("footfall: {notice}");
         }

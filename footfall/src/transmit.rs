@@ -78,7 +78,6 @@ pub fn transmit(
             );
         }
         count(&mut counters, estimate);
-        node.set_stage(stage(estimate));
         node.tick(estimate, *temperature, &counters, |frame| {
             bus.send(now, frame);
         });
@@ -166,6 +165,9 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::decode::decode;
+    use crate::decode::report::BoardReport;
+    use estimator_core::Flags;
     use wire::{Emergency, Pdo};
 
     fn estimates(count: u64) -> Vec<ContactEstimate> {
@@ -208,6 +210,60 @@ mod tests {
             first.starts_with("(1609459200.000111) can0 711#00\n"),
             "{first:.60}"
         );
+    }
+
+    /// The last health message on the line after these estimates and one sound one.
+    fn health_after(estimates: &[ContactEstimate], temperature: f32) -> BoardReport {
+        let period = usize::from(Settings::default().uart_streams().health);
+        let mut estimates = estimates.to_vec();
+        estimates.resize(period, ContactEstimate::default());
+        let temperatures = vec![temperature; period];
+        let sent = transmit(&Settings::default(), &estimates, &temperatures, &[]);
+        let decoded = decode(&sent.uart, "uart.bin", &[]).expect("a recording");
+        decoded.report.board.expect("a health message")
+    }
+
+    #[test]
+    fn what_is_counted_as_valid_is_neither_saturated_nor_stale_nor_invalid() {
+        let flagged = |flags: &[Flag]| ContactEstimate {
+            flags: flags
+                .iter()
+                .fold(Flags::NONE, |flags, flag| flags.with(*flag)),
+            ..ContactEstimate::default()
+        };
+        let health = health_after(
+            &[
+                flagged(&[Flag::Stale]),
+                flagged(&[Flag::InvalidSample]),
+                flagged(&[Flag::InvalidSample, Flag::Stale]),
+                flagged(&[Flag::Saturated]),
+                flagged(&[Flag::WindowNotFull]),
+                flagged(&[Flag::TimeGap]),
+            ],
+            25.0,
+        );
+        let count = |counter: Counter| health.counters[counter.name()];
+        let ticks = count(Counter::Ticks);
+        assert_eq!(
+            u64::from(ticks),
+            u64::from(Settings::default().uart_streams().health)
+        );
+        assert_eq!(count(Counter::MissedSamples), 3);
+        assert_eq!(count(Counter::SaturatedSamples), 1);
+        assert_eq!(count(Counter::ValidSamples), ticks - 4);
+    }
+
+    #[test]
+    fn health_says_the_stage_and_a_temperature_only_where_there_is_one() {
+        let health = health_after(&[], 31.25);
+        assert_eq!((health.stage, health.temperature), ("running", Some(31.25)));
+        let period = usize::from(Settings::default().uart_streams().health);
+        let lost = ContactEstimate {
+            flags: Flags::NONE.with(Flag::AttitudeNotInitialised),
+            ..ContactEstimate::default()
+        };
+        let health = health_after(&vec![lost; period], f32::NAN);
+        assert_eq!((health.stage, health.temperature), ("hold_still", None));
     }
 
     #[test]

@@ -6,11 +6,13 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use common::{QUIET, at_rest, part, sensor};
+use embedded_hal::spi::SpiDevice as _;
+use lsm6dsox::register::Register;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
-use lsm6dsox::sim::{Interpolation, Part, PartOptions, Recording, Stimulus};
+use lsm6dsox::sim::{Fault, Interpolation, Part, PartOptions, Recording, SharedPart, Stimulus};
 use lsm6dsox::{
     AccelFilter, AccelFullScale, Config, DataReady, DataReadyMode, FifoData, FifoParams,
-    GyroFilter, GyroFullScale, Lsm6dsox, Odr, Params, Pin, SelfTest, Sensor,
+    FifoStatus, GyroFilter, GyroFullScale, Lsm6dsox, Odr, Params, Pin, SelfTest, Sensor, register,
 };
 
 const MILLISECOND: u64 = 1_000_000;
@@ -428,10 +430,11 @@ fn an_axis_that_does_not_answer_the_test_signal_fails_by_name() {
 fn a_part_powered_down_gives_nothing_new_until_it_is_brought_up_again() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    sensor.power_down().unwrap();
     sensor.sample().unwrap();
+    sensor.power_down().unwrap();
     part.advance_by(100 * MILLISECOND);
-    assert!(!sensor.sample().unwrap().is_fresh());
+    let status = sensor.status().unwrap();
+    assert!(!status.accel_fresh() && !status.gyro_fresh());
     sensor.init(&mut part.delay()).unwrap();
     part.advance_by(MILLISECOND);
     assert!(sensor.sample().unwrap().is_fresh());
@@ -526,5 +529,62 @@ fn offsets_are_those_of_25_degrees_and_drift_with_every_degree_away_from_it() {
             assert!((force[axis] - accel[axis]).abs() < 0.002_5, "{at}");
             assert!((rate[axis] - gyro[axis]).abs() < 0.000_65, "{at}");
         }
+    }
+}
+
+/// A register as the bus gives it.
+fn register(part: &SharedPart, register: Register) -> u8 {
+    let mut frame = [register.read_address(), 0];
+    part.spi().transfer_in_place(&mut frame).unwrap();
+    frame[1]
+}
+
+fn write(part: &SharedPart, register: Register, value: u8) {
+    part.spi().write(&[register.address, value]).unwrap();
+}
+
+#[test]
+fn sensors_switched_on_give_their_first_samples_after_their_turn_on() {
+    for (ctrl, odr, fresh, turn_on) in [
+        (register::CTRL2_G, 0xA0, 0x02, 35 * MILLISECOND),
+        (register::CTRL1_XL, 0xA0, 0x01, 5 * MILLISECOND),
+    ] {
+        let part = part(QUIET);
+        part.advance_by(10 * MILLISECOND);
+        write(&part, ctrl, odr);
+        part.advance_by(turn_on - 1);
+        assert_eq!(register(&part, register::STATUS_REG) & 0x03, 0);
+        // Within a sample's time.
+        part.advance_by(150_001);
+        assert_eq!(register(&part, register::STATUS_REG) & 0x03, fresh);
+    }
+}
+
+#[test]
+fn a_reset_empties_the_fifo_and_stops_the_timestamp() {
+    let resets: [fn(&SharedPart); 3] = [
+        |part| write(part, register::CTRL3_C, 0x05),
+        |part| write(part, register::CTRL3_C, 0x84),
+        |part| part.inject(Fault::Reset),
+    ];
+    for reset in resets {
+        let part = part(QUIET);
+        let params = Params {
+            fifo: Some(FIFO),
+            ..Params::FRESH_KILOHERTZ
+        };
+        let mut sensor = sensor(&part, params.validate().unwrap());
+        part.advance_by(100 * MILLISECOND);
+        assert!(sensor.timestamp().unwrap().0 > 4_000);
+        reset(&part);
+        part.advance_by(10 * MILLISECOND);
+        assert_eq!(sensor.fifo_status(), Ok(FifoStatus::default()));
+        assert_eq!(sensor.timestamp().unwrap().0, 0);
+        assert!(!sensor.status().unwrap().gyro_fresh());
+        // Switched on again it counts from there.
+        write(&part, register::CTRL10_C, 0x20);
+        part.advance_by(MILLISECOND);
+        let steps = sensor.timestamp().unwrap().0;
+        assert!((39..=41).contains(&steps), "{steps}");
     }
 }

@@ -22,6 +22,8 @@ pub enum Format {
 pub struct EmergencyReport {
     /// Time of the foot's last contact frame before it, s; `None` where there was none.
     pub t: Option<f64>,
+    /// The interface that received it.
+    pub interface: String,
     /// The foot's node id.
     pub node: u8,
     /// The emergency code; 0 where a fault has gone.
@@ -65,7 +67,12 @@ pub struct Report {
     pub gaps: u64,
     /// Sequence numbers that are missing, those of damaged frames included.
     pub missing: u64,
-    /// What could not be understood, and how often.
+    /// How often a foot has started anew within the file: its clock and its numbers with it.
+    pub restarts: u64,
+    /// Contacts that stand in the file twice; they have one row.
+    pub duplicates: u64,
+    /// What could not be understood or contradicts itself, and how often. A contact that comes
+    /// after a later one is counted here, and as missing before that one.
     pub problems: BTreeMap<String, u64>,
     /// Emergency messages, in the order of the file.
     pub emergencies: Vec<EmergencyReport>,
@@ -84,6 +91,8 @@ impl Report {
             frames: BTreeMap::new(),
             gaps: 0,
             missing: 0,
+            restarts: 0,
+            duplicates: 0,
             problems: BTreeMap::new(),
             emergencies: Vec::new(),
             board: None,
@@ -104,9 +113,9 @@ impl Report {
         self.gaps += u64::from(missing > 0);
     }
 
-    /// Notes the time from a row of a foot to its next.
-    pub(super) fn count_step(&mut self, from: &Row, to: &Row) {
-        let step = to.timestamp.micros_since(from.timestamp).map(seconds);
+    /// Notes the times of a row of a foot and of its next, µs.
+    pub(super) fn count_step(&mut self, from: u64, to: u64) {
+        let step = to.checked_sub(from).map(seconds);
         self.longest_step_s = match (self.longest_step_s, step) {
             (Some(longest), Some(step)) => Some(longest.max(step)),
             (longest, step) => longest.or(step),
@@ -140,10 +149,17 @@ impl fmt::Display for Report {
         }
         write!(f, "\nframes   {}", list(&self.frames))?;
         write!(f, "\nmissing  {} in {} gaps", self.missing, self.gaps)?;
+        if self.duplicates > 0 {
+            write!(f, ", {} duplicates", self.duplicates)?;
+        }
+        if self.restarts > 0 {
+            write!(f, "\nrestarts {}", self.restarts)?;
+        }
         write!(f, "\nproblems {}", list(&self.problems))?;
         for emergency in &self.emergencies {
             let EmergencyReport {
                 t,
+                interface,
                 node,
                 code,
                 fault,
@@ -154,8 +170,11 @@ impl fmt::Display for Report {
                 write!(f, "{t:.3} s, ")?;
             }
             match code {
-                0 => write!(f, "node {node}: {fault} has gone")?,
-                _ => write!(f, "node {node}: {fault} (0x{code:04X}), detail {detail}")?,
+                0 => write!(f, "{interface}, node {node}: {fault} has gone")?,
+                _ => write!(
+                    f,
+                    "{interface}, node {node}: {fault} (0x{code:04X}), detail {detail}"
+                )?,
             }
         }
         if let Some(board) = &self.board {

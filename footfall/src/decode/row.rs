@@ -1,10 +1,13 @@
 //! One row per contact: what is known of the foot at a sample.
 
 use std::io::{self, Write};
+use std::sync::Arc;
 
-use estimator_core::{Decision, Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
+use estimator_core::{Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
 use wire::NodeId;
 use wire::pdo::Status;
+
+use crate::output::decision_name;
 
 /// The header of the table of decoded rows. Columns that `samples.csv` has too have its names,
 /// its units and its meaning; a cell is blank where nothing was sent with that sample.
@@ -12,24 +15,30 @@ use wire::pdo::Status;
 /// | columns | meaning | unit |
 /// |---|---|---|
 /// | `t` | time of the sample: on the serial line as the foot says it; on CAN in steps of 10 µs, counted from the start of the turn of the 16-bit clock in which the log begins | s |
+/// | `interface` | the CAN interface that received it: two may each have a foot of the same id | |
 /// | `node` | the foot's node id; on the serial line from the first health message on | |
+/// | `segment` | how often the foot has started anew before, which sets `t` and `sequence` back | |
 /// | `sequence` | the frame's sequence number, modulo 2⁸ on CAN, 2¹⁶ on the serial line | |
 /// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in [`HEADER`](crate::output::HEADER) | |
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
 /// | `temperature` | the sensor's | °C |
 /// | `decision` | `stable` or `not_stable`, debounced | |
 /// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN say less: `saturated`, `settling` for a window that is not full or an attitude that is not known, `doubtful` for the others | |
-pub const HEADER: &str = "t,node,sequence,p_stable,p_tangential,p_vertical,\
+pub const HEADER: &str = "t,interface,node,segment,sequence,p_stable,p_tangential,p_vertical,\
      p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
      temperature,state,decision,flags";
 
 /// What was sent of one sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// When the sample was acquired.
     pub timestamp: Timestamp,
+    /// The CAN interface that received it.
+    pub interface: Option<Arc<str>>,
     /// The foot's node id, where it is known.
     pub node: Option<NodeId>,
+    /// How often the foot has started anew before.
+    pub segment: u32,
     /// The frame's sequence number.
     pub sequence: u16,
     /// Probability of stable contact.
@@ -94,10 +103,11 @@ pub fn write_rows(rows: &[Row], to: &mut dyn Write) -> io::Result<()> {
     for row in rows {
         let micros = row.timestamp.as_micros();
         write!(to, "{}.{:06},", micros / 1_000_000, micros % 1_000_000)?;
+        write!(to, "{},", row.interface.as_deref().unwrap_or_default())?;
         if let Some(node) = row.node {
             write!(to, "{}", node.get())?;
         }
-        write!(to, ",{}", row.sequence)?;
+        write!(to, ",{},{}", row.segment, row.sequence)?;
         cells(to, Some([row.stable, row.tangential, row.vertical]))?;
         cells(to, row.axes.map(PerAxis::to_array))?;
         cells(to, row.orientation.map(|q| [q.w, q.x, q.y, q.z]))?;
@@ -105,10 +115,7 @@ pub fn write_rows(rows: &[Row], to: &mut dyn Write) -> io::Result<()> {
             cells(to, vector.map(|v| [v.x, v.y, v.z]))?;
         }
         cells(to, row.temperature.map(|celsius| [celsius]))?;
-        let decision = match row.status.decision() {
-            Decision::Stable => "stable",
-            Decision::NotStable => "not_stable",
-        };
+        let decision = decision_name(row.status.decision());
         let state = row.status.phase().name();
         writeln!(to, ",{state},{decision},{}", row.flag_names().join("|"))?;
     }
@@ -147,22 +154,82 @@ mod tests {
             ..Row::default()
         };
         let full = Row {
+            timestamp: Timestamp::from_micros(2_345_678),
+            interface: Some("can1".into()),
             node: NodeId::new(17),
-            axes: Some(PerAxis::splat(0.25)),
-            orientation: Some(Quaternion::IDENTITY),
+            segment: 2,
+            sequence: 300,
+            stable: 0.5,
+            tangential: 0.25,
+            vertical: 0.75,
+            axes: Some(PerAxis {
+                ax: 0.1,
+                ay: 0.2,
+                az: 0.3,
+                wx: 0.4,
+                wy: 0.5,
+                wz: 0.6,
+            }),
+            orientation: Some(Quaternion {
+                w: 0.91,
+                x: 0.92,
+                y: 0.93,
+                z: 0.94,
+            }),
             acceleration: Some(Vec3::new(1.0, f32::NAN, 3.0)),
-            rate: Some(Vec3::ZERO),
-            bias: Some(Vec3::ZERO),
+            rate: Some(Vec3::new(4.0, 5.0, 6.0)),
+            bias: Some(Vec3::new(7.0, 8.0, 9.0)),
             temperature: Some(25.5),
-            ..bare
+            // Stance, stable, valid.
+            status: Status::from_bits(0x19),
+            flags: Some(Flags::NONE.with(Flag::TimeGap).bits()),
         };
         let (bare, full) = (written(bare), written(full));
         let columns = HEADER.split(',').count();
         assert_eq!((bare.len(), full.len()), (columns, columns));
-        assert_eq!(bare[..7], ["1.000010", "", "0", "0.5", "0", "0", ""]);
-        assert_eq!(full[1], "17");
-        assert_eq!(full[16..19], ["1", "", "3"]);
-        assert_eq!(full[25..], ["25.5", "unknown", "not_stable", "doubtful"]);
+        assert_eq!(bare[..8], ["1.000010", "", "", "0", "0", "0.5", "0", "0"]);
+        assert!(bare[8..28].iter().all(String::is_empty));
+        assert_eq!(bare[28..], ["unknown", "not_stable", "doubtful"]);
+        let cells: Vec<_> = HEADER
+            .split(',')
+            .zip(full.iter().map(String::as_str))
+            .collect();
+        assert_eq!(
+            cells,
+            [
+                ("t", "2.345678"),
+                ("interface", "can1"),
+                ("node", "17"),
+                ("segment", "2"),
+                ("sequence", "300"),
+                ("p_stable", "0.5"),
+                ("p_tangential", "0.25"),
+                ("p_vertical", "0.75"),
+                ("p_ax", "0.1"),
+                ("p_ay", "0.2"),
+                ("p_az", "0.3"),
+                ("p_wx", "0.4"),
+                ("p_wy", "0.5"),
+                ("p_wz", "0.6"),
+                ("qw", "0.91"),
+                ("qx", "0.92"),
+                ("qy", "0.93"),
+                ("qz", "0.94"),
+                ("lax", "1"),
+                ("lay", ""),
+                ("laz", "3"),
+                ("uwx", "4"),
+                ("uwy", "5"),
+                ("uwz", "6"),
+                ("bwx", "7"),
+                ("bwy", "8"),
+                ("bwz", "9"),
+                ("temperature", "25.5"),
+                ("state", "stance"),
+                ("decision", "stable"),
+                ("flags", "time_gap"),
+            ]
+        );
     }
 
     #[test]

@@ -53,10 +53,20 @@ def check_contact(signals, states, row, index):
     assert round(signals["Timestamp"] * 100) == ticks, (index, signals, row["t"])
     assert signals["Sequence"] == index % 256
     assert bool(signals["Valid"]) == (not doubt)
+    stable = row["decision"] == "stable"
+    assert bool(signals["Decision"]) == (stable and not doubt), (index, signals, row)
     assert bool(signals["Saturated"]) == ("saturated" in flags)
     assert not signals["Fault"]
     if not doubt:
         assert str(states[signals["State"]]) == row["state"], (index, signals, row)
+
+
+def check_rate(signals, row, index):
+    """What the gyroscope read, less its bias."""
+    for axis in "xyz":
+        value = signals["Rate" + axis.upper()]
+        expected = float(row["w" + axis]) - float(row["bw" + axis])
+        assert close(value, expected, 0.5 * 0.00125), (index, axis, value, expected)
 
 
 def main(dbc, log, samples):
@@ -81,6 +91,9 @@ def main(dbc, log, samples):
         row = rows[index]
         late = frame.timestamp - EPOCH - float(row["t"])
         assert 0 <= late < 0.002, (index, late)
+        if message.name == "FL_Rate" and "attitude_not_initialised" not in row["flags"]:
+            check_rate(signals, row, index)
+            values += 3
         for signal, column, half_step in COMPARED[message.name]:
             value, expected = signals[signal], float(row[column])
             assert close(value, expected, half_step), (index, signal, value, expected)

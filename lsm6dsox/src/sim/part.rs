@@ -3,7 +3,7 @@
 use std::boxed::Box;
 
 use super::batch::{Fifo, Mode};
-use super::bus::{Phase, Words};
+use super::bus::{Phase, Update, Words};
 use super::channel::{self, Channel};
 use super::clock::Clock;
 use super::fault::{Fault, Faults};
@@ -240,10 +240,9 @@ impl Part {
         self.next_tick = self.clock.next_tick(self.now_ns * 1000);
     }
 
-    /// All settings gone, and busy for a while.
+    /// All settings gone, with them what the FIFO holds, and busy for a while.
     fn restart(&mut self, busy: Busy, duration_ns: u64) {
         self.memory.reset();
-        self.fifo.clear();
         self.words = Words::default();
         self.timestamp_zero = None;
         self.settings_changed();
@@ -286,7 +285,11 @@ impl Part {
             temperature,
         } = self.motion.at(tick_ps as f64 * 1.0e-12);
         let add = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|axis| a[axis] + b[axis]);
-        let block = ctrl3_c::BDU.is_set(self.memory.get(register::CTRL3_C));
+        let update = if ctrl3_c::BDU.is_set(self.memory.get(register::CTRL3_C)) {
+            Update::Blocked
+        } else {
+            Update::Continuous
+        };
         let mut noise = self.options.noise.then_some(&mut self.noise);
 
         let mut gyro_sample = false;
@@ -302,16 +305,16 @@ impl Part {
         if gyro_sample {
             self.gyro_edge_ns = Some(tick_ns);
             let codes = self.broken(self.gyro.codes);
-            self.words.update_gyro(codes, block);
+            self.words.update_gyro(codes, update);
         }
         if accel_sample {
             self.accel_edge_ns = Some(tick_ns);
             let codes = self.broken(self.accel.codes);
-            self.words.update_accel(codes, block);
+            self.words.update_accel(codes, update);
         }
         if tick.is_multiple_of(TEMPERATURE_DIVIDER) {
             let code = libm::floor((temperature - REFERENCE_TEMPERATURE) * 256.0 + 0.5) as i16;
-            self.words.update_temperature(code, block);
+            self.words.update_temperature(code, update);
         }
         self.batch(tick, tick_ps);
     }
