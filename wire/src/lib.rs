@@ -61,7 +61,7 @@ pub use dictionary::Address;
 pub use fault::{Emergency, Fault, Faults};
 pub use foot::{Foot, NodeId};
 pub use frame::CanFrame;
-pub use node::{Event, Node, Outcome};
+pub use node::{BootCause, Event, Node, Outcome};
 pub use pdo::Pdo;
 pub use settings::Settings;
 pub use stage::Stage;

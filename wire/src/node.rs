@@ -1,11 +1,14 @@
 //! A CANopen device out of dictionary, settings, SDO server, PDOs and faults: frames in, frames
 //! and [`Event`]s out. It keeps no time of its own and touches no hardware.
 //!
-//! The application calls [`Node::boot`] at start and after each reset, [`Node::receive`] with each
-//! received frame and [`Node::tick`] each millisecond, and acts on the events. UART messages reach
+//! The application calls [`Node::boot`] at start and after each reset, and says which of the two it
+//! was: only power-up starts the streams by itself, after a reset that a master commands the node
+//! waits in pre-operational state to be configured. It calls [`Node::receive`] with each received
+//! frame and [`Node::tick`] each millisecond, and acts on the events. UART messages reach
 //! the same objects by [`Node::read`] and [`Node::write`], under the same rules:
 //!
-//! - settings are written in pre-operational state only, else `0x0800_0022`;
+//! - settings are written in pre-operational state only, else `0x0800_0022`; over UART also while
+//!   there is no node id; LSS, by its own rules, gives a node id in every state;
 //! - with the configuration lock set no other setting can be changed or restored, `0x0800_0021`;
 //! - a refused value changes nothing.
 
@@ -33,6 +36,17 @@ use crate::value::Value;
 pub use canopen_rs::time::TimeOfDay as TimeStamp;
 pub use canopen_rs::{NmtCommand as Command, NmtState as State};
 
+/// Why the node boots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BootCause {
+    /// Nobody asked for it: power came, or the program had crashed. With autostart the node is
+    /// operational at once.
+    PowerUp,
+    /// A master asked for it, by Reset Node or Reset Communication or by giving the node its first
+    /// id: the node waits in pre-operational state.
+    Commanded,
+}
+
 /// Something the application has to know or to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
@@ -47,7 +61,8 @@ pub enum Event {
     State(NmtState),
     /// Reset the whole board.
     ResetNode,
-    /// Reset the communication: load the stored settings and call [`Node::boot`].
+    /// Reset the communication: load the stored settings and call [`Node::boot`]. It was commanded,
+    /// or LSS has given the node its first id.
     ResetCommunication,
     /// A SYNC came, with its counter where it has one.
     Sync(Option<u8>),
@@ -137,6 +152,9 @@ pub struct Node {
     lss: LssSlave,
     sdo: SdoServer,
     waiting: Waiting,
+    /// The id that LSS has given since power-up: `Some(None)` for none. It outlives the settings
+    /// that are loaded at a reset of the communication.
+    given: Option<Option<NodeId>>,
     ticks: u32,
     heartbeat_age: u16,
     syncs: u32,
@@ -180,6 +198,7 @@ impl Node {
             nmt: NmtStateMachine::new(),
             sdo: SdoServer::new(),
             waiting: Waiting::Nobody,
+            given: None,
             ticks: 0,
             heartbeat_age: 0,
             syncs: 0,
@@ -191,10 +210,15 @@ impl Node {
         }
     }
 
-    /// Takes up the node id of the settings and announces the node; with autostart it is
-    /// operational at once, else pre-operational. Without a node id there is nothing to announce,
-    /// and only LSS is served.
-    pub fn boot(&mut self) -> Option<CanFrame> {
+    /// Takes up the node id, that of the settings or the one that LSS has given since power-up, and
+    /// announces the node. At power-up it is operational at once with autostart, else and after a
+    /// commanded reset pre-operational. Without a node id there is nothing to announce, and only
+    /// LSS is served.
+    pub fn boot(&mut self, cause: BootCause) -> Option<CanFrame> {
+        if let Some(id) = self.given {
+            // Every id that LSS takes is one that the setting takes.
+            let _ = self.device.settings.set(NODE_ID, id_setting(id));
+        }
         self.device.id = self.device.settings.node_id();
         self.lss = lss_slave(self.device.id, self.device.serial);
         self.nmt = NmtStateMachine::new();
@@ -205,7 +229,7 @@ impl Node {
         self.told = Faults::NONE;
         let id = self.device.id?;
         self.nmt.boot();
-        if self.device.settings.autostart() {
+        if cause == BootCause::PowerUp && self.device.settings.autostart() {
             self.nmt.apply(NmtCommand::StartRemoteNode);
         }
         self.device.state = self.nmt.state();
@@ -290,7 +314,10 @@ impl Node {
         let after = self.nmt.apply(command);
         self.device.state = after;
         match command {
-            NmtCommand::ResetNode => Some(Event::ResetNode),
+            NmtCommand::ResetNode => {
+                self.given = None;
+                Some(Event::ResetNode)
+            }
             NmtCommand::ResetCommunication => Some(Event::ResetCommunication),
             _ => (after != before).then_some(Event::State(after)),
         }
@@ -315,7 +342,17 @@ impl Node {
             return Err(AbortCode::Length);
         }
         self.device.write(address, bytes)?;
-        Ok(self.device.event.take())
+        Ok(self.take_event())
+    }
+
+    /// What the last write is to the application.
+    fn take_event(&mut self) -> Option<Event> {
+        let event = self.device.event.take();
+        // The last word on the node id is the newest.
+        if matches!(event, Some(Event::Changed(NODE_ID) | Event::Restore)) {
+            self.given = None;
+        }
+        event
     }
 
     /// Answers the [`Event::Store`] or [`Event::Restore`] that a master waits for.
@@ -499,7 +536,7 @@ impl Node {
             return Outcome::default();
         };
         let answer = self.sdo.handle(request, &mut self.device);
-        let event = self.device.event.take();
+        let event = self.take_event();
         if matches!(event, Some(Event::Store | Event::Restore)) {
             self.waiting = Waiting::Sdo;
         }
@@ -532,7 +569,8 @@ impl Node {
             return Outcome::default();
         };
         let [service, ..] = *request;
-        if self.lss.state() == LssState::Configuration {
+        let configuring = self.lss.state() == LssState::Configuration;
+        if configuring {
             let refused = |error, specific| Outcome {
                 reply: Some(CanFrame::of(
                     lss::LSS_SLAVE_COB_ID,
@@ -555,21 +593,36 @@ impl Node {
             }
         }
         let answer = self.lss.handle(request);
-        let address = Address::new(index::NODE_ID, 0);
-        // Accepted: the setting is the one place where the id is kept.
-        let changed = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]))
-            && (self.device.settings)
-                .set(address, Value::U8(self.lss.pending_node_id()))
-                .is_ok();
+        let accepted = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]));
+        let mut event = None;
+        if accepted {
+            // In the settings too, so that whoever stores them stores it.
+            let id = NodeId::new(self.lss.pending_node_id());
+            self.given = Some(id);
+            let set = self.device.settings.set(NODE_ID, id_setting(id));
+            event = set.is_ok().then_some(Event::Changed(NODE_ID));
+        }
+        // A node without an id boots as soon as it has one and the configuration is over (CiA 305).
+        let left = configuring && self.lss.state() == LssState::Waiting;
+        if left && self.device.id.is_none() && matches!(self.given, Some(Some(_))) {
+            event = Some(Event::ResetCommunication);
+        }
         Outcome {
             reply: answer.map(|answer| CanFrame::of(lss::LSS_SLAVE_COB_ID, answer)),
-            event: changed.then_some(Event::Changed(address)),
+            event,
         }
     }
 }
 
 fn event(event: Option<Event>) -> Outcome {
     Outcome { reply: None, event }
+}
+
+const NODE_ID: Address = Address::new(index::NODE_ID, 0);
+
+/// The setting that stands for this id.
+fn id_setting(id: Option<NodeId>) -> Value {
+    Value::U8(id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
 }
 
 fn lss_slave(id: Option<NodeId>, serial: u32) -> LssSlave {
@@ -635,8 +688,14 @@ impl Device {
         })
     }
 
+    /// Whether settings may be written: in pre-operational state, and while there is no node id to
+    /// become pre-operational with (over UART, then).
+    fn may_be_configured(&self) -> bool {
+        self.state == NmtState::PreOperational || self.id.is_none()
+    }
+
     fn write_setting(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
-        if self.state != NmtState::PreOperational {
+        if !self.may_be_configured() {
             return Err(AbortCode::DeviceState);
         }
         if self.settings.is_locked() && address.index != index::LOCK {
@@ -672,7 +731,7 @@ impl Device {
                     _ => Calibration::Cancel,
                 };
                 if command == Calibration::Accept {
-                    if self.state != NmtState::PreOperational {
+                    if !self.may_be_configured() {
                         return Err(AbortCode::DeviceState);
                     }
                     if self.settings.is_locked() {

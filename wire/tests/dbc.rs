@@ -15,7 +15,7 @@ use wire::pdo::{
     ACCELERATION_STEP, Acceleration, Attitude, Axes, BIAS_STEP, Bias, Contact, Health, RATE_STEP,
     Rate, TEMPERATURE_STEP, UNIT_STEP,
 };
-use wire::{Address, Fault, Faults, Foot, Node, Pdo, Settings, Value};
+use wire::{Address, BootCause, Fault, Faults, Foot, Node, Pdo, Settings, Value};
 
 fn dbc() -> Dbc {
     Dbc::try_from(include_str!("../footfall.dbc")).expect("the DBC can be read")
@@ -266,7 +266,7 @@ fn emergencies_and_heartbeats_are_what_a_node_sends() {
         let address = Address::new(index::NODE_ID, 0);
         assert_eq!(settings.set(address, Value::U8(node_id.get())), Ok(()));
         let mut node = Node::new(settings, 0);
-        let boot = node.boot().expect("a boot-up message");
+        let boot = node.boot(BootCause::PowerUp).expect("a boot-up message");
         let heartbeat = message(&dbc, boot.id());
         assert_eq!(heartbeat.name, format!("{}_Heartbeat", foot.name()));
         for fault in Fault::ALL {

@@ -14,8 +14,8 @@ use wire::dictionary::{self, Access, Limits, Role, SIGNATURE_RESTORE, SIGNATURE_
 use wire::node::{Calibration, CalibrationState, Command, Crash, State};
 use wire::pdo::{Contact, Health, Load, PDOS};
 use wire::{
-    AbortCode, Address, CanFrame, Counter, Counters, DataType, Event, Fault, Foot, Node, Outcome,
-    Pdo, Settings, Stage, Value,
+    AbortCode, Address, BootCause, CanFrame, Counter, Counters, DataType, Event, Fault, Foot, Node,
+    Outcome, Pdo, Settings, Stage, Value,
 };
 
 const ID: u8 = 0x11;
@@ -24,7 +24,7 @@ const NOW: Timestamp = Timestamp::from_micros(5_000_000);
 /// A node in pre-operational state.
 fn node() -> Node {
     let mut node = Node::new(Settings::default(), 0xC0FFEE);
-    node.boot();
+    node.boot(BootCause::PowerUp);
     node.command(Command::EnterPreOperational);
     node
 }
@@ -115,7 +115,7 @@ fn refused(node: &mut Node, address: Address, value: Value) -> AbortCode {
 #[test]
 fn it_boots_and_streams_by_itself() {
     let mut node = Node::new(Settings::default(), 1);
-    let boot = node.boot().expect("a boot-up message");
+    let boot = node.boot(BootCause::PowerUp).expect("a boot-up message");
     assert_eq!((boot.id(), boot.data()), (0x700 + u16::from(ID), &[0][..]));
     assert_eq!(node.state(), State::Operational);
     let frames = tick(&mut node, &ContactEstimate::default());
@@ -128,10 +128,28 @@ fn without_autostart_it_waits_for_the_master() {
     let autostart = Address::new(index::AUTOSTART, 0);
     assert_eq!(settings.set(autostart, Value::U8(0)), Ok(()));
     let mut node = Node::new(settings, 1);
-    node.boot();
+    node.boot(BootCause::PowerUp);
     assert_eq!(node.state(), State::PreOperational);
     assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
     let started = send(&mut node, 0, &[1, 0]);
+    assert_eq!(started.event, Some(Event::State(State::Operational)));
+    assert!(!tick(&mut node, &ContactEstimate::default()).is_empty());
+}
+
+#[test]
+fn a_master_resets_configures_and_starts_it() {
+    let mut node = Node::new(Settings::default(), 1);
+    node.boot(BootCause::PowerUp);
+    assert_eq!(node.state(), State::Operational);
+    let reset = send(&mut node, 0, &[0x82, ID]);
+    assert_eq!(reset.event, Some(Event::ResetCommunication));
+    node.set_settings(Settings::default());
+    assert!(node.boot(BootCause::Commanded).is_some());
+    assert_eq!(node.state(), State::PreOperational);
+    let heartbeat = Address::new(index::HEARTBEAT, 0);
+    assert_eq!(write(&mut node, heartbeat, Value::U16(100)).0, Ok(()));
+    assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
+    let started = send(&mut node, 0, &[1, ID]);
     assert_eq!(started.event, Some(Event::State(State::Operational)));
     assert!(!tick(&mut node, &ContactEstimate::default()).is_empty());
 }
@@ -492,7 +510,7 @@ fn nmt_commands_for_others_change_nothing_and_resets_are_reported() {
     let reset = send(&mut node, 0, &[0x82, ID]);
     assert_eq!(reset.event, Some(Event::ResetCommunication));
     assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
-    assert!(node.boot().is_some());
+    assert!(node.boot(BootCause::Commanded).is_some());
     let reset = send(&mut node, 0, &[0x81, 0]);
     assert_eq!(reset.event, Some(Event::ResetNode));
 }
@@ -566,7 +584,7 @@ fn faults_from_before_the_boot_are_told_after_it_and_again_after_a_reset() {
     );
     assert_eq!(node.raise(Fault::CrystalMissing, 0), None);
     for _ in 0..2 {
-        node.boot();
+        node.boot(BootCause::PowerUp);
         let told: Vec<CanFrame> = (0..10)
             .flat_map(|_| tick(&mut node, &ContactEstimate::default()))
             .filter(|frame| frame.id() == 0x80 + u16::from(ID))
@@ -759,7 +777,12 @@ fn lss_gives_a_foot_its_node_id() {
     assert_eq!(again.event, Some(Event::Changed(setting)));
     // The old id counts until the reset.
     assert_eq!(node.id().map(wire::NodeId::get), Some(ID));
-    assert_eq!(node.boot().expect("a boot-up message").id(), 0x722);
+    assert_eq!(
+        node.boot(BootCause::Commanded)
+            .expect("a boot-up message")
+            .id(),
+        0x722
+    );
 }
 
 #[test]
@@ -777,8 +800,8 @@ fn a_foot_without_an_id_is_found_by_fastscan_and_says_nothing_else() {
     let mut settings = Settings::default();
     let id = Address::new(index::NODE_ID, 0);
     assert_eq!(settings.set(id, Value::U8(255)), Ok(()));
-    let mut node = Node::new(settings, 0xABCD_1234);
-    assert_eq!(node.boot(), None);
+    let mut node = Node::new(settings.clone(), 0xABCD_1234);
+    assert_eq!(node.boot(BootCause::PowerUp), None);
     for _ in 0..2000 {
         assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
     }
@@ -792,7 +815,56 @@ fn a_foot_without_an_id_is_found_by_fastscan_and_says_nothing_else() {
     assert!(master.found());
     assert_eq!(master.address().serial_number, 0xABCD_1234);
     send(&mut node, 0x7E5, &lss::encode_configure_node_id(5));
-    assert_eq!(node.boot().expect("a boot-up message").id(), 0x705);
+    // It boots when the configuration is over, with the stored settings, which do not know the id.
+    let over = send(&mut node, 0x7E5, &lss::encode_switch_global(false));
+    assert_eq!(over.event, Some(Event::ResetCommunication));
+    node.set_settings(settings);
+    let boot = node.boot(BootCause::Commanded).expect("a boot-up message");
+    assert_eq!(boot.id(), 0x705);
+    assert_eq!(node.state(), State::PreOperational);
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    let over = send(&mut node, 0x7E5, &lss::encode_switch_global(false));
+    assert_eq!(over, Outcome::default(), "only once");
+}
+
+#[test]
+fn a_foot_without_an_id_is_set_up_over_uart() {
+    let mut settings = Settings::default();
+    let id = Address::new(index::NODE_ID, 0);
+    assert_eq!(settings.set(id, Value::U8(255)), Ok(()));
+    let mut node = Node::new(settings, 1);
+    node.boot(BootCause::PowerUp);
+    assert_eq!(node.write(id, &[7]), Ok(Some(Event::Changed(id))));
+    let reset = node.command(Command::ResetCommunication);
+    assert_eq!(reset, Some(Event::ResetCommunication));
+    let boot = node.boot(BootCause::Commanded).expect("a boot-up message");
+    assert_eq!(boot.id(), 0x707);
+    node.command(Command::StartRemoteNode);
+    assert_eq!(node.write(id, &[8]), Err(AbortCode::DeviceState));
+}
+
+#[test]
+fn an_id_given_by_lss_counts_until_power_off_though_it_is_not_stored() {
+    let id = Address::new(index::NODE_ID, 0);
+    let reset = |node: &mut Node| {
+        node.command(Command::ResetCommunication);
+        node.set_settings(Settings::default());
+        let boot = node.boot(BootCause::Commanded);
+        boot.expect("a boot-up message").id()
+    };
+    let mut node = node();
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
+    assert_eq!(reset(&mut node), 0x722);
+    assert_eq!(node.read(id), Ok(Value::U8(0x22)));
+    assert_eq!(reset(&mut node), 0x722, "and at each reset after it");
+    // What is written later counts instead, as do the defaults.
+    assert!(node.write(id, &[0x33]).is_ok());
+    assert_eq!(reset(&mut node), 0x711, "the written one was not stored");
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
+    node.command(Command::ResetNode);
+    assert_eq!(reset(&mut node), 0x711, "as after power-off");
 }
 
 #[test]
