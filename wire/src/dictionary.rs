@@ -887,7 +887,7 @@ pub const OBJECTS: &[Object] = &[
         name: for_people("TPDO7 mapping parameter"),
         shape: Shape::Record,
         doc: for_people("health"),
-        entries: &mapping::<4>(Pdo::Health),
+        entries: &mapping::<5>(Pdo::Health),
     },
     Object {
         index: index::FOOT,
@@ -1123,10 +1123,12 @@ pub const OBJECTS: &[Object] = &[
         entries: &[
             Entry::process(1, "Flags", Value::U8(0))
                 .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap"),
-            Entry::process(2, "Dropped frames", Value::U16(0)),
-            Entry::process(3, "Time of the last SYNC", Value::U32(0))
-                .unit("µs")
-                .doc("on the foot's clock"),
+            Entry::process(2, "Dropped frames", Value::U8(0)).doc("modulo 256; all of them in 0x2112"),
+            Entry::process(3, "Counter of the last SYNC", Value::U8(0))
+                .doc("0: it had none"),
+            Entry::process(4, "Time of the last SYNC", Value::U32(0))
+                .unit("10 µs")
+                .doc("on the foot's clock; the low 16 bits are a timestamp of 0x2100:4"),
         ],
     },
     Object {

@@ -27,7 +27,9 @@ use crate::dictionary::{
 use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::NodeId;
 use crate::frame::CanFrame;
-use crate::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, PDOS, Pdo, Rate};
+use crate::pdo::{
+    Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Load, PDOS, Pdo, Rate,
+};
 use crate::sdo::{Objects, SdoServer, Written};
 use crate::settings::{Settings, Trigger};
 use crate::stage::Stage;
@@ -160,7 +162,7 @@ pub struct Node {
     syncs: u32,
     /// One bit for each PDO that a SYNC has asked for.
     asked: u8,
-    sync_time: Option<Timestamp>,
+    last_sync: LastSync,
     sequence: u8,
     /// The faults of which an emergency message was sent since the last boot.
     told: Faults,
@@ -203,7 +205,7 @@ impl Node {
             heartbeat_age: 0,
             syncs: 0,
             asked: 0,
-            sync_time: None,
+            last_sync: LastSync::default(),
             sequence: 0,
             told: Faults::NONE,
             details: [0; Fault::ALL.len()],
@@ -465,7 +467,7 @@ impl Node {
             estimate.flags,
             faults.register(),
             self.device.counters.dropped(),
-            self.sync_time,
+            self.last_sync,
         );
         self.device.payloads = [
             Contact::new(estimate, self.sequence, faults).encode(),
@@ -514,7 +516,10 @@ impl Node {
     }
 
     fn receive_sync(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
-        self.sync_time = Some(now);
+        self.last_sync = LastSync {
+            counter: data.first().copied().unwrap_or(0),
+            time: now.into(),
+        };
         self.syncs = self.syncs.wrapping_add(1);
         let asking = self.device.state == NmtState::Operational;
         for pdo in Pdo::ALL.into_iter().filter(|_| asking) {

@@ -12,8 +12,8 @@ use estimator_core::{
 use proptest::prelude::*;
 use wire::dictionary::index;
 use wire::pdo::{
-    ACCELERATION_STEP, Acceleration, Attitude, Axes, BIAS_STEP, Bias, Contact, Health, RATE_STEP,
-    Rate, TEMPERATURE_STEP, UNIT_STEP,
+    ACCELERATION_STEP, Acceleration, Attitude, Axes, BIAS_STEP, Bias, Contact, Health, LastSync,
+    LongTime, RATE_STEP, Rate, TEMPERATURE_STEP, UNIT_STEP,
 };
 use wire::{Address, BootCause, Fault, Faults, Foot, Node, Pdo, Settings, Value};
 
@@ -52,7 +52,7 @@ struct Truth {
     sequence: u8,
     temperature: f32,
     dropped: u32,
-    sync: Timestamp,
+    sync: LastSync,
 }
 
 impl Truth {
@@ -67,7 +67,7 @@ impl Truth {
             Pdo::Bias => Bias::new(estimate, self.temperature).encode(),
             Pdo::Health => {
                 let register = self.faults.register();
-                Health::new(estimate.flags, register, self.dropped, Some(self.sync)).encode()
+                Health::new(estimate.flags, register, self.dropped, self.sync).encode()
             }
         }
     }
@@ -142,8 +142,9 @@ impl Truth {
             "BiasZ" => q(bias.z, BIAS_STEP),
             "Temperature" => q(self.temperature, TEMPERATURE_STEP),
             "ErrorRegister" => exact(f64::from(self.faults.register())),
-            "Dropped" => exact(f64::from(self.dropped % 65_536)),
-            "SyncTime" => exact(self.sync.as_micros() as f64),
+            "Dropped" => exact(f64::from(self.dropped % 256)),
+            "SyncCounter" => exact(f64::from(self.sync.counter)),
+            "SyncTime" => (f64::from(self.sync.time.0) / 100.0, 1.0e-7),
             other => panic!("no truth for {other}"),
         }
     }
@@ -157,7 +158,7 @@ fn vector(limit: f32) -> impl Strategy<Value = Vec3> {
 prop_compose! {
     fn truth()(
         p in prop::array::uniform9(0.0..=1.0_f32),
-        (micros, sync, sequence, dropped) in (0..u64::MAX / 2, 0..=u64::from(u32::MAX), any::<u8>(), any::<u32>()),
+        (micros, sync, sequence, dropped) in (0..u64::MAX / 2, any::<(u8, u32)>(), any::<u8>(), any::<u32>()),
         // Mostly without doubt: else the valid frames are too few.
         flags in prop_oneof![2 => Just(0), 1 => 0..64_u8],
         faults in prop_oneof![2 => Just(0), 1 => any::<u32>()],
@@ -194,7 +195,7 @@ prop_compose! {
             sequence,
             temperature,
             dropped,
-            sync: Timestamp::from_micros(sync),
+            sync: LastSync { counter: sync.0, time: LongTime(sync.1) },
         }
     }
 }

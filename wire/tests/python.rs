@@ -19,7 +19,7 @@ use estimator_core::{
     Probabilities, Quaternion, Timestamp, Vec3,
 };
 use wire::dictionary::{self, Role, Shape};
-use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Rate};
+use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Rate};
 use wire::{Faults, Foot, Pdo, Value};
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
@@ -232,12 +232,19 @@ fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'stat
             values
         }
         Pdo::Health => {
-            let bytes = Health::new(estimate.flags, i as u8, i, Some(estimate.timestamp)).encode();
+            let bytes = {
+                let sync = LastSync {
+                    counter: (i % 240 + 1) as u8,
+                    time: estimate.timestamp.into(),
+                };
+                Health::new(estimate.flags, i as u8, i, sync).encode()
+            };
             let health = Health::decode(&bytes);
             vec![
                 (bytes, "ErrorRegister", health.register.into()),
                 (bytes, "Dropped", health.dropped.into()),
-                (bytes, "SyncTime", health.sync_time.into()),
+                (bytes, "SyncCounter", health.sync.counter.into()),
+                (bytes, "SyncTime", f64::from(health.sync.time.0) / 100.0),
             ]
         }
     }
