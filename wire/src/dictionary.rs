@@ -78,6 +78,7 @@ pub mod index {
     pub const TEMPERATURE: u16 = 0x2106;
     pub const HEALTH: u16 = 0x2107;
     pub const LOAD: u16 = 0x2108;
+    pub const TIME: u16 = 0x2109;
     pub const STAGE: u16 = 0x2110;
     pub const FAULTS: u16 = 0x2111;
     pub const COUNTERS: u16 = 0x2112;
@@ -1140,6 +1141,21 @@ pub const OBJECTS: &[Object] = &[
             Entry::new(0, "Load", Role::Input, Access::Rw, Value::F32(0.0))
                 .range(Value::F32(-1.0e9), Value::F32(1.0e9))
                 .unit("N"),
+        ],
+    },
+    Object {
+        index: index::TIME,
+        name: for_people("Last time stamp"),
+        shape: Shape::Record,
+        doc: for_people("the date of the last TIME message, and when it came on the foot's clock; all 0 before the first"),
+        entries: &[
+            Entry::live(1, "Days", Value::U16(0)).doc("since the first of January 1984"),
+            Entry::live(2, "Milliseconds", Value::U32(0))
+                .unit("ms")
+                .doc("since midnight"),
+            Entry::live(3, "Foot's clock", Value::U32(0))
+                .unit("10 µs")
+                .doc("the low 16 bits are a timestamp of 0x2100:4"),
         ],
     },
     Object {

@@ -56,10 +56,10 @@ impl Sample {
             axes: Axes::new(estimate, faults).probabilities,
             flags: estimate.flags.bits(),
             register: faults.register(),
-            attitude: Attitude::new(estimate),
-            acceleration: Acceleration::new(estimate).codes,
-            rate: Rate::new(estimate).codes,
-            bias: Bias::new(estimate, temperature),
+            attitude: Attitude::new(estimate, faults),
+            acceleration: Acceleration::new(estimate, faults).codes,
+            rate: Rate::new(estimate, faults).codes,
+            bias: Bias::new(estimate, temperature, faults),
             timestamp: estimate.timestamp.into(),
         }
     }

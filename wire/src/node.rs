@@ -28,7 +28,7 @@ use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::NodeId;
 use crate::frame::CanFrame;
 use crate::pdo::{
-    Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Load, PDOS, Pdo, Rate,
+    Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Load, LongTime, PDOS, Pdo, Rate,
 };
 use crate::sdo::{Objects, SdoServer, Written};
 use crate::settings::{Settings, Trigger};
@@ -143,6 +143,7 @@ struct Device {
     crash: Option<Crash>,
     calibration: CalibrationState,
     load: Load,
+    time: Option<(TimeOfDay, Timestamp)>,
     event: Option<Event>,
 }
 
@@ -195,6 +196,7 @@ impl Node {
                 crash: None,
                 calibration: CalibrationState::Idle,
                 load: Load(0.0),
+                time: None,
                 event: None,
             },
             nmt: NmtStateMachine::new(),
@@ -292,6 +294,12 @@ impl Node {
         self.device.load
     }
 
+    /// The date and time of day of the last time stamp, and when it came on the clock of the samples.
+    #[must_use]
+    pub const fn time(&self) -> Option<(TimeOfDay, Timestamp)> {
+        self.device.time
+    }
+
     /// Takes in a received frame. `now` is when it came, on the clock of the samples.
     pub fn receive(&mut self, frame: &CanFrame, now: Timestamp) -> Outcome {
         if frame.id() == lss::LSS_MASTER_COB_ID {
@@ -303,7 +311,7 @@ impl Node {
         match frame.id() {
             nmt::NMT_COMMAND_COB_ID => event(self.receive_nmt(frame.data(), id)),
             SYNC_ID => event(self.receive_sync(frame.data(), now)),
-            TIME_COB_ID => event(TimeOfDay::decode(frame.data()).ok().map(Event::Time)),
+            TIME_COB_ID => event(self.receive_time(frame.data(), now)),
             other if other == id.cob_id(0x600) => self.receive_sdo(frame, id),
             other if other == id.cob_id(Load::BASE) => self.receive_load(frame.data()),
             _ => Outcome::default(),
@@ -472,10 +480,10 @@ impl Node {
         self.device.payloads = [
             Contact::new(estimate, self.sequence, faults).encode(),
             Axes::new(estimate, faults).encode(),
-            Attitude::new(estimate).encode(),
-            Acceleration::new(estimate).encode(),
-            Rate::new(estimate).encode(),
-            Bias::new(estimate, temperature).encode(),
+            Attitude::new(estimate, faults).encode(),
+            Acceleration::new(estimate, faults).encode(),
+            Rate::new(estimate, faults).encode(),
+            Bias::new(estimate, temperature, faults).encode(),
             health.encode(),
         ];
     }
@@ -530,6 +538,12 @@ impl Node {
             }
         }
         Some(Event::Sync(data.first().copied()))
+    }
+
+    fn receive_time(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
+        let time = TimeOfDay::decode(data).ok()?;
+        self.device.time = Some((time, now));
+        Some(Event::Time(time))
     }
 
     fn receive_sdo(&mut self, frame: &CanFrame, id: NodeId) -> Outcome {
@@ -676,6 +690,12 @@ impl Device {
             index::LAST_CRASH => match (self.crash, address.subindex) {
                 (Some(crash), 1) => u32::from(crash.fault.code()),
                 (Some(crash), _) => crash.program_counter,
+                (None, _) => 0,
+            },
+            index::TIME => match (self.time, address.subindex) {
+                (Some((time, _)), 1) => u32::from(time.days),
+                (Some((time, _)), 2) => time.milliseconds,
+                (Some((_, at)), _) => LongTime::from(at).0,
                 (None, _) => 0,
             },
             index::CALIBRATION => match (address.subindex, self.calibration) {

@@ -61,10 +61,10 @@ impl Truth {
         match pdo {
             Pdo::Contact => Contact::new(estimate, self.sequence, self.faults).encode(),
             Pdo::Axes => Axes::new(estimate, self.faults).encode(),
-            Pdo::Attitude => Attitude::new(estimate).encode(),
-            Pdo::Acceleration => Acceleration::new(estimate).encode(),
-            Pdo::Rate => Rate::new(estimate).encode(),
-            Pdo::Bias => Bias::new(estimate, self.temperature).encode(),
+            Pdo::Attitude => Attitude::new(estimate, self.faults).encode(),
+            Pdo::Acceleration => Acceleration::new(estimate, self.faults).encode(),
+            Pdo::Rate => Rate::new(estimate, self.faults).encode(),
+            Pdo::Bias => Bias::new(estimate, self.temperature, self.faults).encode(),
             Pdo::Health => {
                 let register = self.faults.register();
                 Health::new(estimate.flags, register, self.dropped, self.sync).encode()
@@ -83,7 +83,21 @@ impl Truth {
             (value, 0.5 / steps + 1.0e-7)
         };
         // Half a step, and a roundings' worth of f32 at the end of the range.
-        let q = |value: f32, step: f64| (f64::from(value), step * 0.505);
+        let unknown = [
+            Flag::AttitudeNotInitialised,
+            Flag::Stale,
+            Flag::InvalidSample,
+        ]
+        .into_iter()
+        .any(|flag| self.estimate.flags.contains(flag));
+        let no_value = |step: f64| (-32_768.0 * step, 1.0e-9);
+        let q = |value: f32, step: f64| {
+            if fault || unknown {
+                no_value(step)
+            } else {
+                (f64::from(value), step * 0.505)
+            }
+        };
         let valid = !self.estimate.flags.are_doubt() && !fault;
         let stable = self.estimate.decision == Decision::Stable;
         let phase = match self.estimate.phase {
@@ -140,7 +154,8 @@ impl Truth {
             "BiasX" => q(bias.x, BIAS_STEP),
             "BiasY" => q(bias.y, BIAS_STEP),
             "BiasZ" => q(bias.z, BIAS_STEP),
-            "Temperature" => q(self.temperature, TEMPERATURE_STEP),
+            "Temperature" if fault => no_value(TEMPERATURE_STEP),
+            "Temperature" => (f64::from(self.temperature), TEMPERATURE_STEP * 0.505),
             "ErrorRegister" => exact(f64::from(self.faults.register())),
             "Dropped" => exact(f64::from(self.dropped % 256)),
             "SyncCounter" => exact(f64::from(self.sync.counter)),
@@ -219,6 +234,9 @@ proptest! {
                         (decoded - expected).abs() <= tolerance,
                         "{} of {} is {decoded}, not {expected}", signal.name, message.name
                     );
+                    if signal.value_type == ValueType::Signed && decoded == -32_768.0 * signal.factor {
+                        continue;
+                    }
                     assert!(decoded >= number(signal.min) - 1.0e-6, "{} is {decoded}", signal.name);
                     assert!(decoded <= number(signal.max) + 1.0e-6, "{} is {decoded}", signal.name);
                 }
@@ -325,6 +343,23 @@ fn every_signal_has_a_comment_and_the_enumerations_have_names() {
             assert!(comment.is_some(), "{} has no comment", signal.name);
         }
     }
+    let mut signed = 0;
+    for message in &dbc.messages {
+        for signal in &message.signals {
+            if signal.value_type == ValueType::Signed && signal.size == 16 {
+                signed += 1;
+                let names = dbc.value_descriptions_for_signal(message.id, &signal.name);
+                let [no_value] = names.expect("a name for no value") else {
+                    panic!("{} has other names", signal.name);
+                };
+                assert_eq!(
+                    (no_value.id, no_value.description.as_str()),
+                    (-32_768, "no_value")
+                );
+            }
+        }
+    }
+    assert_eq!(signed, 14 * Foot::ALL.len());
     let states = dbc.value_descriptions.iter().find_map(|names| match names {
         ValueDescription::Signal {
             name,

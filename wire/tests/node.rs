@@ -656,6 +656,15 @@ fn sync_and_time_are_passed_on() {
         Some(Event::Time(time))
     );
     assert_eq!(send(&mut node, 0x100, &[1, 2]), Outcome::default());
+    // It is kept, with the moment at which it came.
+    assert_eq!(node.time(), Some((time, NOW)));
+    for (sub, value) in [
+        (1, Value::U16(15_000)),
+        (2, Value::U32(12_345_678)),
+        (3, Value::U32(500_000)),
+    ] {
+        assert_eq!(node.read(Address::new(index::TIME, sub)), Ok(value));
+    }
 }
 
 #[test]
@@ -870,7 +879,7 @@ fn an_id_given_by_lss_counts_until_power_off_though_it_is_not_stored() {
 
 #[test]
 fn a_node_takes_a_tenth_of_what_the_peers_takes() {
-    const VALUES: usize = 215;
+    const VALUES: usize = 219;
     let ours = size_of::<Node>();
     let counts = dictionary::OBJECTS
         .iter()

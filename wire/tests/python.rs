@@ -204,7 +204,7 @@ fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'stat
             vec![(bytes, "ProbabilityWz", axes.wz.probability().into())]
         }
         Pdo::Attitude => {
-            let bytes = Attitude::new(estimate).encode();
+            let bytes = Attitude::new(estimate, faults).encode();
             let Quaternion { w, x, y, z } = Attitude::decode(&bytes).orientation();
             let mut values = vec![(bytes, "QuaternionW", w.into())];
             let names = ["QuaternionX", "QuaternionY", "QuaternionZ"];
@@ -212,12 +212,12 @@ fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'stat
             values
         }
         Pdo::Acceleration => {
-            let bytes = Acceleration::new(estimate).encode();
+            let bytes = Acceleration::new(estimate, faults).encode();
             let names = ["AccelerationX", "AccelerationY", "AccelerationZ"];
             vector(bytes, names, Acceleration::decode(&bytes).acceleration())
         }
         Pdo::Rate => {
-            let bytes = Rate::new(estimate).encode();
+            let bytes = Rate::new(estimate, faults).encode();
             vector(
                 bytes,
                 ["RateX", "RateY", "RateZ"],
@@ -225,7 +225,7 @@ fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'stat
             )
         }
         Pdo::Bias => {
-            let bytes = Bias::new(estimate, i as f32 - 40.0).encode();
+            let bytes = Bias::new(estimate, i as f32 - 40.0, faults).encode();
             let bias = Bias::decode(&bytes);
             let mut values = vec![(bytes, "Temperature", bias.temperature().into())];
             values.extend::<Vec<_>>(vector(bytes, ["BiasX", "BiasY", "BiasZ"], bias.bias()));

@@ -2,8 +2,11 @@
 
 use std::fmt::Write;
 
-use wire::pdo::{Kind, Signal};
+use wire::pdo::{Kind, Quantity, Signal};
 use wire::{Fault, Foot, Pdo};
+
+/// The code of a signed signal without a value.
+const NO_VALUE: i16 = Quantity::NONE.0;
 
 pub fn generate() -> String {
     let feet = Foot::ALL.map(Foot::name).join(" ");
@@ -49,7 +52,13 @@ BO_ {} {name}_Heartbeat: 1 {name}
         let _ = writeln!(dbc, "CM_ BO_ {id} \"TPDO{number}: {}\";", about(pdo));
         for signal in pdo.signals() {
             let Signal { name, comment, .. } = signal;
-            let _ = writeln!(dbc, "CM_ SG_ {id} {name} \"{comment}\";");
+            let none = match signal.kind {
+                Kind::Signed { .. } => {
+                    format!(" The code {NO_VALUE} means that there is no value.")
+                }
+                Kind::Unsigned { .. } | Kind::Named(_) => String::new(),
+            };
+            let _ = writeln!(dbc, "CM_ SG_ {id} {name} \"{comment}{none}\";");
         }
     }
     for foot in Foot::ALL {
@@ -74,13 +83,15 @@ CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";"
     }
     for (_, pdo, id) in messages() {
         for signal in pdo.signals() {
-            if let Kind::Named(names) = signal.kind {
-                let names: String = names
+            let names: String = match signal.kind {
+                Kind::Named(names) => names
                     .iter()
                     .map(|(code, name)| format!(" {code} \"{name}\""))
-                    .collect();
-                let _ = writeln!(dbc, "VAL_ {id} {}{names} ;", signal.name);
-            }
+                    .collect(),
+                Kind::Signed { .. } => format!(" {NO_VALUE} \"no_value\""),
+                Kind::Unsigned { .. } => continue,
+            };
+            let _ = writeln!(dbc, "VAL_ {id} {}{names} ;", signal.name);
         }
     }
     let codes: String = Fault::ALL

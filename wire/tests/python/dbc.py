@@ -30,6 +30,18 @@ def main(dbc, frames):
             tolerance = 1e-6 * max(1.0, abs(expected))
             assert abs(value - expected) <= tolerance, (row, value)
             count += 1
+    # A quantity without a value says so.
+    signed = 0
+    for message in database.messages:
+        for signal in message.signals:
+            if not signal.is_signed or signal.length != 16:
+                continue
+            signed += 1
+            frame = bytearray(8)
+            frame[signal.start // 8 + 1] = 0x80
+            assert message.decode(bytes(frame))[signal.name] == "no_value", signal.name
+            assert "no value" in signal.comment, signal.name
+    assert signed == 6 * 14, signed
     contact = database.get_message_by_name("FL_Contact")
     assert contact.cycle_time == 1
     state = contact.get_signal_by_name("State")
