@@ -99,7 +99,7 @@ pub fn node(data: &[u8]) {
                 sent += 1;
             },
         );
-        assert!(sent <= 9);
+        assert!(sent <= 10);
     }
     // Whatever was written, the settings are ones the estimator takes.
     assert!(node.settings().params().validate::<256>().is_ok());

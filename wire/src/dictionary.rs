@@ -440,7 +440,7 @@ pub const VENDOR_ID: u32 = 0;
 /// number changes when an object changes its meaning.
 pub const REVISION: u32 = 0x0001_0000;
 
-const MEANING_OF_FOOT: &str = "1 FL, 2 FR, 3 RL, 4 RR, 5 L, 6 R; a label for people and files";
+const MEANING_OF_FOOT: &str = "1 FL, 2 FR, 3 RL, 4 RR, 5 L, 6 R; a label for people and files, and the node id where none is set";
 const RESTART: &str = "takes effect with the next reset of the node or of its communication";
 
 /// A time in s as whole µs.
@@ -779,6 +779,9 @@ pub const OBJECTS: &[Object] = &[
         entries: &[
             Entry::cob_id(1, "COB-ID", pdo::Load::BASE as u32),
             Entry::constant(2, "Transmission type", Value::U8(255)),
+            Entry::setting(5, "Event timer", Value::U16(100))
+                .unit("ms")
+                .doc("how long a load is believed; after it emergency 0x8250 where the load source is CAN; 0: for ever"),
         ],
     },
     Object {
@@ -904,14 +907,10 @@ pub const OBJECTS: &[Object] = &[
         index: index::NODE_ID,
         name: for_people("Node id"),
         shape: Shape::Var,
-        doc: for_people("255: none, waits for LSS"),
+        doc: for_people("0: that of the foot, 0x10 + 0x2000; 255: none, waits for LSS"),
         entries: &[
-            Entry::setting(
-                0,
-                "Node id",
-                Value::U8(Foot::FrontLeft.default_node_id().get()),
-            )
-            .limits(Limits::RangeWithout(&[Value::U8(1), Value::U8(255), Value::U8(128), Value::U8(254)]))
+            Entry::setting(0, "Node id", Value::U8(0))
+            .limits(Limits::RangeWithout(&[Value::U8(0), Value::U8(255), Value::U8(128), Value::U8(254)]))
             .doc(RESTART),
         ],
     },
@@ -1136,7 +1135,7 @@ pub const OBJECTS: &[Object] = &[
         index: index::LOAD,
         name: for_people("Load"),
         shape: Shape::Var,
-        doc: for_people("RPDO1; used with load source 2"),
+        doc: for_people("RPDO1; used with load source 2; reads as not a number where none came within the event timer"),
         entries: &[
             Entry::new(0, "Load", Role::Input, Access::Rw, Value::F32(0.0))
                 .range(Value::F32(-1.0e9), Value::F32(1.0e9))

@@ -56,11 +56,13 @@ pub enum Fault {
     UartOverrun,
     /// The calibration found no usable steps.
     CalibrationFailed,
+    /// The load over RPDO1 has stayed away.
+    PdoTimeout,
 }
 
 impl Fault {
     /// All faults, in the order of their numbers.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::SensorSilent,
         Self::SensorFrozen,
         Self::SensorWrongId,
@@ -83,6 +85,7 @@ impl Fault {
         Self::PdoLength,
         Self::UartOverrun,
         Self::CalibrationFailed,
+        Self::PdoTimeout,
     ];
 
     /// The emergency code. The first digits are the class CiA 301 gives it (table 26): 5 hardware,
@@ -113,6 +116,7 @@ impl Fault {
             Self::PdoLength => 0x8210,
             Self::UartOverrun => 0x81F0,
             Self::CalibrationFailed => 0xFF01,
+            Self::PdoTimeout => 0x8250,
         }
     }
 
@@ -142,6 +146,7 @@ impl Fault {
             Self::PdoLength => "received PDO has a wrong length",
             Self::UartOverrun => "UART overrun",
             Self::CalibrationFailed => "calibration failed",
+            Self::PdoTimeout => "received PDO has stayed away",
         }
     }
 
@@ -162,6 +167,7 @@ impl Fault {
             Self::CanErrorPassive => "receive and transmit error counter, from the lowest byte",
             Self::CanBusOff => "recoveries so far",
             Self::PdoLength => "bytes received",
+            Self::PdoTimeout => "event timer, ms",
             Self::ConfigCorrupted | Self::ConfigStore => "index and sub-index, or 0",
             Self::CalibrationFailed => "steps found",
             Self::CrystalMissing | Self::WatchdogReset => "0",
@@ -188,6 +194,7 @@ impl Fault {
             | Self::CanErrorPassive
             | Self::CanBusOff
             | Self::PdoLength
+            | Self::PdoTimeout
             | Self::UartOverrun => ErrorRegister::COMMUNICATION,
             _ => ErrorRegister::MANUFACTURER,
         }

@@ -31,7 +31,7 @@ use crate::pdo::{
     Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Load, LongTime, PDOS, Pdo, Rate,
 };
 use crate::sdo::{Objects, SdoServer, Written};
-use crate::settings::{Settings, Trigger};
+use crate::settings::{LoadSource, Settings, Trigger};
 use crate::stage::Stage;
 use crate::value::Value;
 
@@ -142,7 +142,9 @@ struct Device {
     counters: Counters,
     crash: Option<Crash>,
     calibration: CalibrationState,
-    load: Load,
+    load: Option<Load>,
+    /// Ticks since it came.
+    load_age: u16,
     time: Option<(TimeOfDay, Timestamp)>,
     event: Option<Event>,
 }
@@ -195,7 +197,8 @@ impl Node {
                 counters: Counters::default(),
                 crash: None,
                 calibration: CalibrationState::Idle,
-                load: Load(0.0),
+                load: None,
+                load_age: 0,
                 time: None,
                 event: None,
             },
@@ -288,9 +291,10 @@ impl Node {
         self.device.calibration = calibration;
     }
 
-    /// The load as the robot last said, over RPDO1 or SDO.
+    /// The load as the robot last said, over RPDO1 or SDO; `None` before that, and where it has said
+    /// none for longer than the event timer of RPDO1.
     #[must_use]
-    pub const fn load(&self) -> Load {
+    pub const fn load(&self) -> Option<Load> {
         self.device.load
     }
 
@@ -440,6 +444,9 @@ impl Node {
         self.ticks = self.ticks.wrapping_add(1);
         self.device.counters = *counters;
         self.publish(estimate, temperature);
+        if let Some(emergency) = self.watch_load() {
+            send(emergency);
+        }
         let Some(id) = self.device.id else {
             return;
         };
@@ -486,6 +493,23 @@ impl Node {
             Bias::new(estimate, temperature, faults).encode(),
             health.encode(),
         ];
+    }
+
+    /// Forgets a load that is too old, and says so where the robot ought to send it.
+    fn watch_load(&mut self) -> Option<CanFrame> {
+        let device = &mut self.device;
+        let limit = device.settings.load_timeout_ms();
+        device.load_age = device.load_age.saturating_add(1);
+        let overdue = limit != 0 && device.load_age > limit && device.load.take().is_some();
+        let expected = device.state == NmtState::Operational
+            && device.settings.load_input().source == LoadSource::Can;
+        if !expected {
+            self.clear(Fault::PdoTimeout)
+        } else if overdue {
+            self.raise(Fault::PdoTimeout, u32::from(limit))
+        } else {
+            None
+        }
     }
 
     fn is_due(&self, pdo: Pdo) -> bool {
@@ -575,10 +599,15 @@ impl Node {
                 event: None,
             };
         }
+        let mut reply = self.clear(Fault::PdoLength);
+        // What is not a number counts as not received.
         let load = Load::decode(data);
-        self.device.load = load.unwrap_or(self.device.load);
+        if let Some(load) = load {
+            self.device.take_load(load);
+            reply = reply.or(self.clear(Fault::PdoTimeout));
+        }
         Outcome {
-            reply: self.clear(Fault::PdoLength),
+            reply,
             event: load.map(Event::Load),
         }
     }
@@ -713,6 +742,11 @@ impl Device {
         })
     }
 
+    const fn take_load(&mut self, load: Load) {
+        self.load = Some(load);
+        self.load_age = 0;
+    }
+
     /// Whether settings may be written: in pre-operational state, and while there is no node id to
     /// become pre-operational with (over UART, then).
     fn may_be_configured(&self) -> bool {
@@ -809,7 +843,7 @@ impl Objects for Device {
                 .to_raw()
                 .wrapping_add(self.id()),
             (Role::Process, _) => self.process(address).ok_or(AbortCode::NoObject)?,
-            (Role::Input, _) => self.load.0.to_bits(),
+            (Role::Input, _) => self.load.map_or(f32::NAN, |load| load.0).to_bits(),
             (Role::Command, index::ERROR_HISTORY) => self.errors().count() as u32,
             (Role::Command, _) => return Ok(entry.default),
             (Role::Live, _) => self.live(address).ok_or(AbortCode::NoObject)?,
@@ -840,8 +874,8 @@ impl Objects for Device {
             Role::Input => {
                 entry.limits.check(value)?;
                 if let Value::F32(load) = value {
-                    self.load = Load(load);
-                    self.event = Some(Event::Load(self.load));
+                    self.take_load(Load(load));
+                    self.event = Some(Event::Load(Load(load)));
                 }
             }
             Role::Command => {

@@ -150,10 +150,14 @@ impl Settings {
         Foot::from_code(self.u8(index::FOOT, 0)).unwrap_or_default()
     }
 
-    /// The node id from the next reset on; `None`: wait for LSS.
+    /// The node id from the next reset on, that of the foot unless another is set; `None`: wait for
+    /// LSS.
     #[must_use]
     pub fn node_id(&self) -> Option<NodeId> {
-        NodeId::new(self.u8(index::NODE_ID, 0))
+        match self.u8(index::NODE_ID, 0) {
+            0 => Some(self.foot().default_node_id()),
+            id => NodeId::new(id),
+        }
     }
 
     /// CAN bit rate, bit/s.
@@ -166,6 +170,12 @@ impl Settings {
     #[must_use]
     pub fn uart_rate(&self) -> u32 {
         self.raw(index::UART_RATE, 0)
+    }
+
+    /// How long a load over RPDO1 is believed, ms; 0: for ever.
+    #[must_use]
+    pub fn load_timeout_ms(&self) -> u16 {
+        self.u16(index::RPDO, 5)
     }
 
     /// Whether the node becomes operational by itself.
@@ -415,6 +425,21 @@ mod tests {
             (settings.foot(), settings.log_level()),
             (Foot::FrontLeft, 1)
         );
+    }
+
+    #[test]
+    fn each_foot_has_its_own_node_id_unless_another_is_set() {
+        let mut settings = Settings::default();
+        for foot in Foot::ALL {
+            let address = Address::new(index::FOOT, 0);
+            assert_eq!(settings.set(address, Value::U8(foot.code())), Ok(()));
+            assert_eq!(settings.node_id(), Some(foot.default_node_id()));
+        }
+        let id = Address::new(index::NODE_ID, 0);
+        for (set, expected) in [(0x33, NodeId::new(0x33)), (255, None)] {
+            assert_eq!(settings.set(id, Value::U8(set)), Ok(()));
+            assert_eq!(settings.node_id(), expected);
+        }
     }
 
     #[test]

@@ -636,14 +636,92 @@ fn the_load_comes_over_rpdo1_when_operational() {
     node.command(Command::StartRemoteNode);
     let outcome = send(&mut node, rpdo, &Load(5.0).encode());
     assert_eq!(outcome.event, Some(Event::Load(Load(5.0))));
-    assert_eq!(node.load(), Load(5.0));
+    assert_eq!(node.load(), Some(Load(5.0)));
     let outcome = send(&mut node, rpdo, &f32::NAN.to_le_bytes());
     assert_eq!(outcome, Outcome::default());
     let emergency = send(&mut node, rpdo, &[1, 2]).reply.expect("an emergency");
     assert_eq!(emergency.data()[..2], [0x10, 0x82]);
     let cleared = send(&mut node, rpdo, &Load(6.0).encode()).reply;
     assert_eq!(cleared.expect("all clear").data()[..2], [0, 0]);
-    assert_eq!(node.load(), Load(6.0));
+    assert_eq!(node.load(), Some(Load(6.0)));
+}
+
+#[test]
+fn a_load_is_believed_for_as_long_as_the_event_timer_says() {
+    let rpdo = 0x200 + u16::from(ID);
+    let object = Address::new(index::LOAD, 0);
+    let is_nan =
+        |node: &mut Node| matches!(node.read(object), Ok(Value::F32(load)) if load.is_nan());
+    let emergencies = |node: &mut Node, ticks| {
+        (0..ticks)
+            .flat_map(|_| tick(node, &ContactEstimate::default()))
+            .filter(|frame| frame.id() == 0x80 + u16::from(ID))
+            .map(|frame| *frame.data8().expect("eight bytes"))
+            .collect::<Vec<_>>()
+    };
+    let mut node = node();
+    assert_eq!(node.load(), None, "nobody has said anything yet");
+    assert!(is_nan(&mut node));
+    let source = Address::new(index::LOAD_INPUT, 1);
+    assert_eq!(write(&mut node, source, Value::U8(2)).0, Ok(()));
+    node.command(Command::StartRemoteNode);
+    assert_eq!(
+        emergencies(&mut node, 200),
+        [[0; 8]; 0],
+        "the timer starts with the first"
+    );
+    send(&mut node, rpdo, &Load(5.0).encode());
+    assert_eq!(emergencies(&mut node, 100), [[0; 8]; 0]);
+    assert_eq!(node.load(), Some(Load(5.0)));
+    // One that is not a number does not wind the timer up.
+    send(&mut node, rpdo, &f32::NAN.to_le_bytes());
+    assert_eq!(
+        emergencies(&mut node, 50),
+        [[0x50, 0x82, 0x11, 22, 100, 0, 0, 0]]
+    );
+    assert_eq!(node.load(), None);
+    assert!(is_nan(&mut node));
+    let cleared = send(&mut node, rpdo, &Load(6.0).encode()).reply;
+    assert_eq!(cleared.expect("all clear").data()[..2], [0, 0]);
+    assert_eq!(node.load(), Some(Load(6.0)));
+    // Over SDO too, and whoever does not listen to CAN is not told.
+    node.command(Command::EnterPreOperational);
+    assert_eq!(write(&mut node, source, Value::U8(1)).0, Ok(()));
+    assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
+    assert_eq!(node.load(), Some(Load(7.0)));
+    node.command(Command::StartRemoteNode);
+    assert_eq!(emergencies(&mut node, 200), [[0; 8]; 0]);
+    assert_eq!(node.load(), None);
+    // For ever.
+    node.command(Command::EnterPreOperational);
+    let timer = Address::new(index::RPDO, 5);
+    assert_eq!(write(&mut node, timer, Value::U16(0)).0, Ok(()));
+    assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
+    emergencies(&mut node, 70_000);
+    assert_eq!(node.load(), Some(Load(7.0)));
+}
+
+#[test]
+fn the_load_has_limits_over_sdo() {
+    let mut node = node();
+    let object = Address::new(index::LOAD, 0);
+    for (load, code) in [
+        (-1.1e9, AbortCode::TooLow),
+        (1.1e9, AbortCode::TooHigh),
+        (f32::NAN, AbortCode::InvalidValue),
+    ] {
+        assert_eq!(refused(&mut node, object, Value::F32(load)), code);
+    }
+    assert_eq!(node.load(), None);
+}
+
+#[test]
+fn each_foot_boots_with_its_own_id() {
+    let mut node = node();
+    let foot = Address::new(index::FOOT, 0);
+    assert_eq!(write(&mut node, foot, Value::U8(2)).0, Ok(()));
+    let boot = node.boot(BootCause::Commanded).expect("a boot-up message");
+    assert_eq!(boot.id(), 0x712);
 }
 
 #[test]
@@ -879,7 +957,7 @@ fn an_id_given_by_lss_counts_until_power_off_though_it_is_not_stored() {
 
 #[test]
 fn a_node_takes_a_tenth_of_what_the_peers_takes() {
-    const VALUES: usize = 219;
+    const VALUES: usize = 220;
     let ours = size_of::<Node>();
     let counts = dictionary::OBJECTS
         .iter()
