@@ -134,7 +134,8 @@ pub enum Role {
     Command,
 }
 
-/// What may be written.
+/// What may be written. A value outside a range is too high or too low, one that a list or a range
+/// with a hole in it lacks is not allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limits {
     /// Any value of the type.
@@ -158,8 +159,7 @@ impl Limits {
             Self::Any => Ok(()),
             Self::Range(low, high) => in_range(value, low, high),
             Self::RangeWithout(&[low, high, from, to]) => {
-                in_range(value, low, high)?;
-                if in_range(value, from, to).is_ok() {
+                if in_range(value, low, high).is_err() || in_range(value, from, to).is_ok() {
                     return Err(AbortCode::InvalidValue);
                 }
                 Ok(())
@@ -491,9 +491,9 @@ const fn tpdo(pdo: Pdo) -> [Entry; 3] {
             ]))
             .doc("1 to 240: with every n-th SYNC; 254 and 255: by the event timer"),
         Entry::setting(5, "Event timer", Value::U16(pdo.default_period_ms()))
-            .range(Value::U16(1), Value::U16(10_000))
+            .range(Value::U16(0), Value::U16(10_000))
             .unit("ms")
-            .doc("one frame in so many ticks"),
+            .doc("one frame in so many ticks; 0: not sent by the timer"),
     ]
 }
 
@@ -649,8 +649,7 @@ pub const OBJECTS: &[Object] = &[
         doc: for_people("the last emergencies"),
         entries: &[
             Entry::command(0, "Number of errors", Access::Rw, Value::U8(0))
-                .limits(Limits::OneOf(&[Value::U8(0)]))
-                .doc("writing 0 forgets them"),
+                .doc("writing 0 forgets them, nothing else can be written"),
             error(1, "Standard error field 1"),
             error(2, "Standard error field 2"),
             error(3, "Standard error field 3"),
@@ -918,7 +917,7 @@ pub const OBJECTS: &[Object] = &[
         index: index::CAN_BIT_RATE,
         name: for_people("CAN bit rate"),
         shape: Shape::Var,
-        doc: for_people("125, 250, 500 or 1000"),
+        doc: for_people("125, 250, 500 or 1000; what is sent must not take more than three quarters of it"),
         entries: &[
             Entry::setting(0, "CAN bit rate", Value::U16(1000))
                 .limits(Limits::OneOf(&[
@@ -1262,7 +1261,7 @@ mod tests {
     fn values_beyond_the_limits_have_their_abort_codes() {
         let limits =
             Limits::RangeWithout(&[Value::U8(1), Value::U8(255), Value::U8(128), Value::U8(254)]);
-        assert_eq!(limits.check(Value::U8(0)), Err(AbortCode::TooLow));
+        assert_eq!(limits.check(Value::U8(0)), Err(AbortCode::InvalidValue));
         assert_eq!(limits.check(Value::U8(128)), Err(AbortCode::InvalidValue));
         assert_eq!(limits.check(Value::U8(255)), Ok(()));
         let limits = Limits::Range(Value::F32(0.0), Value::F32(1.0));

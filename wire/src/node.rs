@@ -30,7 +30,7 @@ use crate::frame::CanFrame;
 use crate::pdo::{
     Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Load, LongTime, PDOS, Pdo, Rate,
 };
-use crate::sdo::{Objects, SdoServer, Written};
+use crate::sdo::{self, Objects, SdoServer, Written};
 use crate::settings::{LoadSource, Settings, Trigger};
 use crate::stage::Stage;
 use crate::value::Value;
@@ -352,8 +352,8 @@ impl Node {
     /// Why the value was refused; nothing has changed then.
     pub fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Option<Event>, AbortCode> {
         let size = self.device.writable_size(address)?;
-        if bytes.len() != size {
-            return Err(AbortCode::Length);
+        if let Some(code) = sdo::wrong_length(bytes.len(), size) {
+            return Err(code);
         }
         self.device.write(address, bytes)?;
         Ok(self.take_event())
@@ -767,6 +767,7 @@ impl Device {
 
     fn run_command(&mut self, address: Address, value: Value) -> Result<Written, AbortCode> {
         match (address.index, value) {
+            (index::ERROR_HISTORY, Value::U8(1..)) => Err(AbortCode::InvalidValue),
             (index::ERROR_HISTORY, _) => {
                 self.history = [0; ERROR_HISTORY];
                 Ok(Written::Done)
