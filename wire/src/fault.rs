@@ -290,7 +290,8 @@ pub struct Emergency {
     pub code: u16,
     /// The error register after the change.
     pub register: u8,
-    /// The fault it is about; `None` for a number this version does not know.
+    /// The fault it is about; `None` where this version does not know it: a number without a
+    /// fault, or one that does not go with the code.
     pub fault: Option<Fault>,
     /// What [`Fault::detail`] says.
     pub detail: u32,
@@ -336,10 +337,11 @@ impl Emergency {
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
         let [code_low, code_high, register, number, a, b, c, d] = *bytes;
+        let code = u16::from_le_bytes([code_low, code_high]);
         Self {
-            code: u16::from_le_bytes([code_low, code_high]),
+            code,
             register,
-            fault: Fault::from_number(number),
+            fault: Fault::from_number(number).filter(|fault| code == 0 || fault.code() == code),
             detail: u32::from_le_bytes([a, b, c, d]),
         }
     }
@@ -367,6 +369,24 @@ mod tests {
             let emergency = Emergency::raised(fault, 0xDEAD_BEEF, Faults::NONE);
             assert_eq!(Emergency::decode(&emergency.encode()), emergency);
         }
+    }
+
+    #[test]
+    fn a_number_that_does_not_go_with_the_code_is_no_fault() {
+        let mut bytes = Emergency::raised(Fault::LateTick, 0, Faults::NONE).encode();
+        bytes[3] = Fault::SensorSilent.number();
+        let emergency = Emergency::decode(&bytes);
+        assert_eq!((emergency.code, emergency.fault), (0x6104, None));
+        bytes[..2].fill(0);
+        let cleared = Emergency::decode(&bytes);
+        assert_eq!(cleared.fault, Some(Fault::SensorSilent));
+    }
+
+    #[test]
+    fn bits_without_a_fault_are_dropped() {
+        let all = Fault::ALL.into_iter().fold(Faults::NONE, Faults::with);
+        assert_eq!(Faults::from_bits(u32::MAX), all);
+        assert_eq!(Faults::from_bits(1 << 31), Faults::NONE);
     }
 
     #[test]

@@ -147,6 +147,8 @@ struct Device {
     load_age: u16,
     time: Option<(TimeOfDay, Timestamp)>,
     event: Option<Event>,
+    /// A store or a restore has not been answered yet: there is no other meanwhile.
+    storing: bool,
 }
 
 /// A foot on the bus.
@@ -201,6 +203,7 @@ impl Node {
                 load_age: 0,
                 time: None,
                 event: None,
+                storing: false,
             },
             nmt: NmtStateMachine::new(),
             sdo: SdoServer::new(),
@@ -346,7 +349,8 @@ impl Node {
     }
 
     /// Writes an object with the bytes of a value; the event says what is to be done about it. A
-    /// store or a restore that was asked for here is answered by the application itself.
+    /// store or a restore that was asked for here is answered by the application itself, without
+    /// [`Node::finish`].
     ///
     /// # Errors
     /// Why the value was refused; nothing has changed then.
@@ -355,6 +359,7 @@ impl Node {
         if let Some(code) = sdo::wrong_length(bytes.len(), size) {
             return Err(code);
         }
+        self.device.storing = self.waiting != Waiting::Nobody;
         self.device.write(address, bytes)?;
         Ok(self.take_event())
     }
@@ -578,6 +583,7 @@ impl Node {
         let (true, Some(request)) = (served, frame.data8()) else {
             return Outcome::default();
         };
+        self.device.storing = self.waiting != Waiting::Nobody;
         let answer = self.sdo.handle(request, &mut self.device);
         let event = self.take_event();
         if matches!(event, Some(Event::Store | Event::Restore)) {
@@ -633,6 +639,8 @@ impl Node {
                 }
                 // 1: not supported. The bit rate is a setting (0x2002).
                 LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
+                // 2: the storage media could not be accessed, which another store has just now.
+                LSS_STORE if self.waiting != Waiting::Nobody => return refused(2, 0),
                 LSS_STORE => {
                     self.waiting = Waiting::Lss;
                     return event(Some(Event::Store));
@@ -771,6 +779,12 @@ impl Device {
             (index::ERROR_HISTORY, _) => {
                 self.history = [0; ERROR_HISTORY];
                 Ok(Written::Done)
+            }
+            (index::STORE, Value::U32(SIGNATURE_STORE))
+            | (index::RESTORE, Value::U32(SIGNATURE_RESTORE))
+                if self.storing =>
+            {
+                Err(AbortCode::Hardware)
             }
             (index::STORE, Value::U32(SIGNATURE_STORE)) => {
                 self.event = Some(Event::Store);

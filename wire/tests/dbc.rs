@@ -264,8 +264,8 @@ fn pdo_of(id: MessageId) -> Option<(Pdo, Foot)> {
 #[test]
 fn every_foot_has_every_message_under_its_name() {
     let dbc = dbc();
-    // Emergency and heartbeat too.
-    assert_eq!(dbc.messages.len(), Foot::ALL.len() * (Pdo::ALL.len() + 2));
+    // Emergency, heartbeat and load too.
+    assert_eq!(dbc.messages.len(), Foot::ALL.len() * (Pdo::ALL.len() + 3));
     for message in &dbc.messages {
         let Some((pdo, foot)) = pdo_of(message.id) else {
             continue;

@@ -881,6 +881,116 @@ fn lss_gives_a_foot_its_node_id() {
 }
 
 #[test]
+fn a_second_store_is_refused_while_the_first_lasts_and_both_are_answered() {
+    let sdo = 0x600 + u16::from(ID);
+    let save = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
+    let load = [0x23, 0x11, 0x10, 1, b'l', b'o', b'a', b'd'];
+    let mut node = node();
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    // SDO first, LSS second.
+    assert_eq!(send(&mut node, sdo, &save).event, Some(Event::Store));
+    let second = send(&mut node, 0x7E5, &lss::encode_store());
+    assert_eq!(second.event, None);
+    assert_eq!(second.reply.expect("an answer").data()[..2], [0x17, 2]);
+    let first = node.finish(Ok(())).expect("an answer");
+    assert_eq!(first.data(), [0x60, 0x10, 0x10, 1, 0, 0, 0, 0]);
+    // LSS first, SDO and UART second.
+    let first = send(&mut node, 0x7E5, &lss::encode_store());
+    assert_eq!((first.reply, first.event), (None, Some(Event::Store)));
+    for request in [save, load] {
+        let second = send(&mut node, sdo, &request);
+        assert_eq!(second.event, None);
+        let answer = second.reply.expect("an answer");
+        assert_eq!(answer.data()[..1], [0x80]);
+        assert_eq!(answer.data()[4..], [0, 0, 6, 6]);
+    }
+    let store = Address::new(index::STORE, 1);
+    assert_eq!(node.write(store, b"save"), Err(AbortCode::Hardware));
+    let answer = node.finish(Ok(())).expect("an answer");
+    assert_eq!(answer.data()[..2], [0x17, 0]);
+    assert_eq!(node.write(store, b"save"), Ok(Some(Event::Store)));
+}
+
+#[test]
+fn a_store_that_fails_is_told_over_lss() {
+    let mut node = node();
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    send(&mut node, 0x7E5, &lss::encode_store());
+    let answer = node.finish(Err(AbortCode::Hardware)).expect("an answer");
+    assert_eq!(answer.data()[..2], [0x17, 2]);
+}
+
+#[test]
+fn a_boot_forgets_what_was_going_on_before_it() {
+    let mut node = node();
+    let sdo = 0x600 + u16::from(ID);
+    // A transfer, a store, the age of the heartbeat, and what a SYNC asked for.
+    send(&mut node, sdo, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    send(&mut node, 0x7E5, &lss::encode_store());
+    let sync = Address::new(index::TPDO + 6, 2);
+    assert!(node.write(sync, &[1]).is_ok());
+    node.command(Command::StartRemoteNode);
+    for _ in 0..300 {
+        tick(&mut node, &ContactEstimate::default());
+    }
+    send(&mut node, 0x80, &[]);
+    node.boot(BootCause::PowerUp);
+    let frames = tick(&mut node, &ContactEstimate::default());
+    let health = Pdo::Health.cob_id(node.id().expect("an id"));
+    assert!(frames.iter().all(|frame| frame.id() != health));
+    let beats = (1..499)
+        .flat_map(|_| tick(&mut node, &ContactEstimate::default()))
+        .filter(|frame| frame.id() == 0x700 + u16::from(ID));
+    assert_eq!(beats.count(), 0, "the period starts with the boot-up");
+    let segment = send(&mut node, sdo, &[0x60, 0, 0, 0, 0, 0, 0, 0]).reply;
+    assert_eq!(segment.expect("an answer").data()[0], 0x80);
+    assert_eq!(node.finish(Ok(())), None);
+}
+
+#[test]
+fn a_sync_in_pre_operational_asks_for_nothing() {
+    let mut node = node();
+    let sync = Address::new(index::TPDO + 6, 2);
+    assert!(node.write(sync, &[1]).is_ok());
+    send(&mut node, 0x80, &[]);
+    node.command(Command::StartRemoteNode);
+    let frames = tick(&mut node, &ContactEstimate::default());
+    let health = Pdo::Health.cob_id(node.id().expect("an id"));
+    assert!(frames.iter().all(|frame| frame.id() != health));
+}
+
+#[test]
+fn nothing_is_sent_before_the_boot_up() {
+    let mut node = Node::new(Settings::default(), 1);
+    for _ in 0..2000 {
+        assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
+    }
+}
+
+#[test]
+fn a_client_that_gives_up_ends_its_transfer() {
+    let mut node = node();
+    let sdo = 0x600 + u16::from(ID);
+    send(&mut node, sdo, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+    let given_up = send(&mut node, sdo, &[0x80, 0x08, 0x10, 0, 0, 0, 4, 5]);
+    assert_eq!(given_up, Outcome::default());
+    let segment = send(&mut node, sdo, &[0x60, 0, 0, 0, 0, 0, 0, 0]).reply;
+    assert_eq!(segment.expect("an answer").data()[0], 0x80);
+}
+
+#[test]
+fn the_lock_keeps_a_calibration_from_being_accepted() {
+    let mut node = node();
+    let proposal = PerAxis::from_array([0.5, 0.6, 0.7, 0.05, 0.06, 0.07]);
+    node.set_calibration(CalibrationState::Ready(proposal));
+    assert!(node.write(Address::new(index::LOCK, 0), &[1]).is_ok());
+    let command = Address::new(index::CALIBRATION, 1);
+    assert_eq!(refused(&mut node, command, Value::U8(2)), AbortCode::Locked);
+    assert_ne!(node.settings().params().half_width, proposal);
+}
+
+#[test]
 fn lss_respects_the_lock() {
     let mut node = node();
     assert!(node.write(Address::new(index::LOCK, 0), &[1]).is_ok());

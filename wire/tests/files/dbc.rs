@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use wire::pdo::{Kind, Quantity, Signal};
-use wire::{Fault, Foot, Pdo};
+use wire::pdo::{Kind, Load, Quantity, Signal};
+use wire::{Fault, Foot, Pdo, Settings};
 
 /// The code of a signed signal without a value.
 const NO_VALUE: i16 = Quantity::NONE.0;
@@ -11,7 +11,7 @@ const NO_VALUE: i16 = Quantity::NONE.0;
 pub fn generate() -> String {
     let feet = Foot::ALL.map(Foot::name).join(" ");
     let mut dbc = format!(
-        "VERSION \"1\"\n\nNS_ :\n\tBA_\n\tBA_DEF_\n\tBA_DEF_DEF_\n\tCM_\n\tVAL_\n\nBS_:\n\nBU_: {feet} Robot\n"
+        "VERSION \"1\"\n\nNS_ :\n\tBA_\n\tBA_DEF_\n\tBA_DEF_DEF_\n\tCM_\n\tSIG_VALTYPE_\n\tVAL_\n\nBS_:\n\nBU_: {feet} Robot\n"
     );
     let messages = || {
         Foot::ALL
@@ -40,6 +40,11 @@ BO_ {} {name}_Heartbeat: 1 {name}
  SG_ NodeState : 0|7@1+ (1,0) [0|127] \"\" Robot",
             node.cob_id(0x80),
             node.cob_id(0x700)
+        );
+        let _ = writeln!(
+            dbc,
+            "\nBO_ {} {name}_Load: 4 Robot\n SG_ Load : 0|32@1- (1,0) [-1000000000|1000000000] \"N\" {name}",
+            node.cob_id(Load::BASE)
         );
     }
     dbc.push('\n');
@@ -72,7 +77,10 @@ CM_ SG_ {emergency} ErrorRegister \"Object 0x1001 of CiA 301 after the change.\"
 CM_ SG_ {emergency} FaultNumber \"Number of the fault that has come or gone.\";
 CM_ SG_ {emergency} Detail \"wire/README.md says what it is for each fault.\";
 CM_ BO_ {heartbeat} \"The node is there.\";
-CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";"
+CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";
+CM_ BO_ {load} \"RPDO1: the load, from a robot that knows it; used with load source 2 (object 0x2015).\";
+CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
+            load = node.cob_id(Load::BASE)
         );
     }
     dbc.push_str("BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\n");
@@ -80,6 +88,15 @@ CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";"
     for (_, pdo, id) in messages() {
         let period = pdo.default_period_ms();
         let _ = writeln!(dbc, "BA_ \"GenMsgCycleTime\" BO_ {id} {period};");
+    }
+    let heartbeat = Settings::default().heartbeat_ms();
+    for foot in Foot::ALL {
+        let id = foot.default_node_id().cob_id(0x700);
+        let _ = writeln!(dbc, "BA_ \"GenMsgCycleTime\" BO_ {id} {heartbeat};");
+    }
+    for foot in Foot::ALL {
+        let id = foot.default_node_id().cob_id(Load::BASE);
+        let _ = writeln!(dbc, "SIG_VALTYPE_ {id} Load : 1;");
     }
     for (_, pdo, id) in messages() {
         for signal in pdo.signals() {

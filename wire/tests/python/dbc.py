@@ -4,6 +4,7 @@ usage: dbc.py DBC FRAMES, with FRAMES as written by tests/python.rs
 """
 
 import csv
+import struct
 import sys
 
 import cantools
@@ -44,6 +45,9 @@ def main(dbc, frames):
     assert signed == 6 * 14, signed
     contact = database.get_message_by_name("FL_Contact")
     assert contact.cycle_time == 1
+    assert database.get_message_by_name("RR_Heartbeat").cycle_time == 500
+    load = database.get_message_by_name("FL_Load")
+    assert load.frame_id == 0x211 and load.decode(struct.pack("<f", -12.5)) == {"Load": -12.5}
     state = contact.get_signal_by_name("State")
     assert [str(state.choices[i]) for i in range(5)] == [
         "unknown",
