@@ -96,6 +96,7 @@ pub fn transmit(
                 state: node.state(),
                 id: node.id(),
                 faults: node.faults(),
+                unknown_faults: 0,
                 temperature: Quantity::new(*temperature, TEMPERATURE_STEP),
                 counters,
             }));
