@@ -276,7 +276,7 @@ mod tests {
         assert_eq!(drops.garbage, 1);
         // A whole frame with a long tail is none: what does not fit is not just left out.
         let mut plain: Vec<u8> = std::vec![super::super::VERSION, 0x20, 0, 0, 1];
-        plain.resize(super::super::MAX_DECODED - 4, b'x');
+        plain.resize(MAX_DECODED - 4, b'x');
         let check = super::super::CRC.checksum(&plain).to_le_bytes();
         plain.extend(check);
         for tail in [0, 1, 90] {
