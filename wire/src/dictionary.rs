@@ -196,11 +196,51 @@ fn in_range(value: Value, low: Value, high: Value) -> Result<(), AbortCode> {
     }
 }
 
-/// `text`, which is there for people and files: a foot has no use for it and does not carry it in
-/// its flash.
-const fn for_people(text: &'static str) -> &'static str {
-    if cfg!(target_os = "none") { "" } else { text }
+/// Text for people and files. A foot has no use for it: on a microcontroller it is empty and takes
+/// no room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Text(#[cfg(not(target_os = "none"))] &'static str);
+
+impl Text {
+    const NONE: Self = Self::new("");
+
+    #[cfg(not(target_os = "none"))]
+    const fn new(text: &'static str) -> Self {
+        Self(text)
+    }
+
+    #[cfg(target_os = "none")]
+    const fn new(_: &'static str) -> Self {
+        Self()
+    }
+
+    /// The text.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        #[cfg(not(target_os = "none"))]
+        return self.0;
+        #[cfg(target_os = "none")]
+        return "";
+    }
 }
+
+impl core::ops::Deref for Text {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        self.as_str()
+    }
+}
+
+impl core::fmt::Display for Text {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.as_str())
+    }
+}
+
+// The dictionary lies in the foot's flash.
+#[cfg(target_os = "none")]
+const _: () = assert!(size_of::<Entry>() <= 28);
 
 /// A value in the dictionary. On a microcontroller its texts are empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -208,7 +248,7 @@ pub struct Entry {
     /// The part of its object that it is.
     pub subindex: u8,
     /// Its name.
-    pub name: &'static str,
+    pub name: Text,
     /// What it is to the device.
     pub role: Role,
     /// Who may do what with it.
@@ -218,9 +258,9 @@ pub struct Entry {
     /// What may be written.
     pub limits: Limits,
     /// The unit; empty where there is none.
-    pub unit: &'static str,
+    pub unit: Text,
     /// What it means, where its name and its object's text do not say it all.
-    pub doc: &'static str,
+    pub doc: Text,
 }
 
 impl Entry {
@@ -233,13 +273,13 @@ impl Entry {
     ) -> Self {
         Self {
             subindex,
-            name: for_people(name),
+            name: Text::new(name),
             role,
             access,
             default,
             limits: Limits::Any,
-            unit: "",
-            doc: "",
+            unit: Text::NONE,
+            doc: Text::NONE,
         }
     }
 
@@ -281,12 +321,12 @@ impl Entry {
     }
 
     const fn unit(mut self, unit: &'static str) -> Self {
-        self.unit = for_people(unit);
+        self.unit = Text::new(unit);
         self
     }
 
     const fn doc(mut self, doc: &'static str) -> Self {
-        self.doc = for_people(doc);
+        self.doc = Text::new(doc);
         self
     }
 
@@ -326,11 +366,11 @@ pub struct Object {
     /// Its index.
     pub index: u16,
     /// Its name.
-    pub name: &'static str,
+    pub name: Text,
     /// How it is built.
     pub shape: Shape,
     /// What it is.
-    pub doc: &'static str,
+    pub doc: Text,
     /// Its values; those of an array or a record without the one at sub-index 0.
     pub entries: &'static [Entry],
 }
@@ -527,7 +567,7 @@ const fn axes_of<const N: usize>(names: [&'static str; N], unit: &'static str) -
         #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
         {
             entries[i].subindex = i as u8 + 1;
-            entries[i].name = for_people(names[i]);
+            entries[i].name = Text::new(names[i]);
         }
         i += 1;
     }
@@ -554,7 +594,7 @@ const fn counters() -> [Entry; Counter::ALL.len()] {
     let mut i = 0;
     while i < Counter::ALL.len() {
         entries[i].subindex = i as u8 + 1;
-        entries[i].name = for_people(Counter::ALL[i].name());
+        entries[i].name = Text::new(Counter::ALL[i].name());
         i += 1;
     }
     entries
@@ -630,23 +670,23 @@ const fn real(sub: u8, name: &'static str, default: f32, low: f32, high: f32) ->
 pub const OBJECTS: &[Object] = &[
     Object {
         index: index::DEVICE_TYPE,
-        name: for_people("Device type"),
+        name: Text::new("Device type"),
         shape: Shape::Var,
-        doc: for_people("0: no device profile"),
+        doc: Text::new("0: no device profile"),
         entries: &[Entry::constant(0, "Device type", Value::U32(0))],
     },
     Object {
         index: index::ERROR_REGISTER,
-        name: for_people("Error register"),
+        name: Text::new("Error register"),
         shape: Shape::Var,
-        doc: for_people("bit 0 any error, bit 4 communication, bit 7 everything else"),
+        doc: Text::new("bit 0 any error, bit 4 communication, bit 7 everything else"),
         entries: &[Entry::process(0, "Error register", Value::U8(0))],
     },
     Object {
         index: index::ERROR_HISTORY,
-        name: for_people("Pre-defined error field"),
+        name: Text::new("Pre-defined error field"),
         shape: Shape::Array,
-        doc: for_people("the last emergencies"),
+        doc: Text::new("the last emergencies"),
         entries: &[
             Entry::command(0, "Number of errors", Access::Rw, Value::U8(0))
                 .doc("writing 0 forgets them, nothing else can be written"),
@@ -662,49 +702,49 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::SYNC_COB_ID,
-        name: for_people("COB-ID SYNC message"),
+        name: Text::new("COB-ID SYNC message"),
         shape: Shape::Var,
-        doc: for_people("listened to, never sent"),
+        doc: Text::new("listened to, never sent"),
         entries: &[Entry::constant(0, "COB-ID SYNC message", Value::U32(0x80))],
     },
     Object {
         index: index::DEVICE_NAME,
-        name: for_people("Manufacturer device name"),
+        name: Text::new("Manufacturer device name"),
         shape: Shape::Var,
-        doc: for_people(""),
+        doc: Text::new(""),
         entries: &[Entry::constant(
             0,
             "Manufacturer device name",
-            Value::Text("footfall"),
+            Value::Text(&"footfall"),
         )],
     },
     Object {
         index: index::HARDWARE_VERSION,
-        name: for_people("Manufacturer hardware version"),
+        name: Text::new("Manufacturer hardware version"),
         shape: Shape::Var,
-        doc: for_people(""),
+        doc: Text::new(""),
         entries: &[Entry::constant(
             0,
             "Manufacturer hardware version",
-            Value::Text("STM32F405RG + LSM6DSOX"),
+            Value::Text(&"STM32F405RG + LSM6DSOX"),
         )],
     },
     Object {
         index: index::SOFTWARE_VERSION,
-        name: for_people("Manufacturer software version"),
+        name: Text::new("Manufacturer software version"),
         shape: Shape::Var,
-        doc: for_people(""),
+        doc: Text::new(""),
         entries: &[Entry::constant(
             0,
             "Manufacturer software version",
-            Value::Text(env!("CARGO_PKG_VERSION")),
+            Value::Text(&env!("CARGO_PKG_VERSION")),
         )],
     },
     Object {
         index: index::STORE,
-        name: for_people("Store parameters"),
+        name: Text::new("Store parameters"),
         shape: Shape::Array,
-        doc: for_people("stores all settings"),
+        doc: Text::new("stores all settings"),
         entries: &[
             Entry::command(1, "Save all parameters", Access::Rw, Value::U32(1))
                 .doc("write \"save\" (0x65766173); reads 1: saved on command"),
@@ -712,9 +752,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::RESTORE,
-        name: for_people("Restore default parameters"),
+        name: Text::new("Restore default parameters"),
         shape: Shape::Array,
-        doc: for_people("forgets what was stored; defaults apply from the next reset"),
+        doc: Text::new("forgets what was stored; defaults apply from the next reset"),
         entries: &[
             Entry::command(1, "Restore all default parameters", Access::Rw, Value::U32(1))
                 .doc("write \"load\" (0x64616F6C); reads 1: can be restored"),
@@ -722,9 +762,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::TIME_COB_ID,
-        name: for_people("COB-ID time stamp object"),
+        name: Text::new("COB-ID time stamp object"),
         shape: Shape::Var,
-        doc: for_people("listened to, never sent"),
+        doc: Text::new("listened to, never sent"),
         entries: &[Entry::constant(
             0,
             "COB-ID time stamp object",
@@ -733,25 +773,25 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::EMCY_COB_ID,
-        name: for_people("COB-ID EMCY"),
+        name: Text::new("COB-ID EMCY"),
         shape: Shape::Var,
-        doc: for_people(""),
+        doc: Text::new(""),
         entries: &[Entry::cob_id(0, "COB-ID EMCY", 0x80)],
     },
     Object {
         index: index::HEARTBEAT,
-        name: for_people("Producer heartbeat time"),
+        name: Text::new("Producer heartbeat time"),
         shape: Shape::Var,
-        doc: for_people("0: no heartbeat"),
+        doc: Text::new("0: no heartbeat"),
         entries: &[
             Entry::setting(0, "Producer heartbeat time", Value::U16(500)).unit("ms"),
         ],
     },
     Object {
         index: index::IDENTITY,
-        name: for_people("Identity object"),
+        name: Text::new("Identity object"),
         shape: Shape::Record,
-        doc: for_people("also the LSS address"),
+        doc: Text::new("also the LSS address"),
         entries: &[
             Entry::constant(1, "Vendor-ID", Value::U32(VENDOR_ID)).doc("0: none assigned"),
             Entry::constant(2, "Product code", Value::U32(PRODUCT_CODE)).doc("\"foot\""),
@@ -762,9 +802,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::SDO_SERVER,
-        name: for_people("SDO server parameter"),
+        name: Text::new("SDO server parameter"),
         shape: Shape::Record,
-        doc: for_people(""),
+        doc: Text::new(""),
         entries: &[
             Entry::cob_id(1, "COB-ID client to server", 0x600),
             Entry::cob_id(2, "COB-ID server to client", 0x580),
@@ -772,9 +812,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::RPDO,
-        name: for_people("RPDO1 communication parameter"),
+        name: Text::new("RPDO1 communication parameter"),
         shape: Shape::Record,
-        doc: for_people("the load, from a robot that knows it"),
+        doc: Text::new("the load, from a robot that knows it"),
         entries: &[
             Entry::cob_id(1, "COB-ID", pdo::Load::BASE as u32),
             Entry::constant(2, "Transmission type", Value::U8(255)),
@@ -785,9 +825,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::RPDO_MAPPING,
-        name: for_people("RPDO1 mapping parameter"),
+        name: Text::new("RPDO1 mapping parameter"),
         shape: Shape::Record,
-        doc: for_people(""),
+        doc: Text::new(""),
         entries: &[Entry::constant(
             1,
             "Mapped object 1",
@@ -796,107 +836,107 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::TPDO,
-        name: for_people("TPDO1 communication parameter"),
+        name: Text::new("TPDO1 communication parameter"),
         shape: Shape::Record,
-        doc: for_people("contact"),
+        doc: Text::new("contact"),
         entries: &tpdo(Pdo::Contact),
     },
     Object {
         index: index::TPDO + 1,
-        name: for_people("TPDO2 communication parameter"),
+        name: Text::new("TPDO2 communication parameter"),
         shape: Shape::Record,
-        doc: for_people("axes"),
+        doc: Text::new("axes"),
         entries: &tpdo(Pdo::Axes),
     },
     Object {
         index: index::TPDO + 2,
-        name: for_people("TPDO3 communication parameter"),
+        name: Text::new("TPDO3 communication parameter"),
         shape: Shape::Record,
-        doc: for_people("attitude"),
+        doc: Text::new("attitude"),
         entries: &tpdo(Pdo::Attitude),
     },
     Object {
         index: index::TPDO + 3,
-        name: for_people("TPDO4 communication parameter"),
+        name: Text::new("TPDO4 communication parameter"),
         shape: Shape::Record,
-        doc: for_people("acceleration"),
+        doc: Text::new("acceleration"),
         entries: &tpdo(Pdo::Acceleration),
     },
     Object {
         index: index::TPDO + 4,
-        name: for_people("TPDO5 communication parameter"),
+        name: Text::new("TPDO5 communication parameter"),
         shape: Shape::Record,
-        doc: for_people("rate"),
+        doc: Text::new("rate"),
         entries: &tpdo(Pdo::Rate),
     },
     Object {
         index: index::TPDO + 5,
-        name: for_people("TPDO6 communication parameter"),
+        name: Text::new("TPDO6 communication parameter"),
         shape: Shape::Record,
-        doc: for_people("bias and temperature"),
+        doc: Text::new("bias and temperature"),
         entries: &tpdo(Pdo::Bias),
     },
     Object {
         index: index::TPDO + 6,
-        name: for_people("TPDO7 communication parameter"),
+        name: Text::new("TPDO7 communication parameter"),
         shape: Shape::Record,
-        doc: for_people("health"),
+        doc: Text::new("health"),
         entries: &tpdo(Pdo::Health),
     },
     Object {
         index: index::TPDO_MAPPING,
-        name: for_people("TPDO1 mapping parameter"),
+        name: Text::new("TPDO1 mapping parameter"),
         shape: Shape::Record,
-        doc: for_people("contact"),
+        doc: Text::new("contact"),
         entries: &mapping::<6>(Pdo::Contact),
     },
     Object {
         index: index::TPDO_MAPPING + 1,
-        name: for_people("TPDO2 mapping parameter"),
+        name: Text::new("TPDO2 mapping parameter"),
         shape: Shape::Record,
-        doc: for_people("axes"),
+        doc: Text::new("axes"),
         entries: &mapping::<7>(Pdo::Axes),
     },
     Object {
         index: index::TPDO_MAPPING + 2,
-        name: for_people("TPDO3 mapping parameter"),
+        name: Text::new("TPDO3 mapping parameter"),
         shape: Shape::Record,
-        doc: for_people("attitude"),
+        doc: Text::new("attitude"),
         entries: &mapping::<4>(Pdo::Attitude),
     },
     Object {
         index: index::TPDO_MAPPING + 3,
-        name: for_people("TPDO4 mapping parameter"),
+        name: Text::new("TPDO4 mapping parameter"),
         shape: Shape::Record,
-        doc: for_people("acceleration"),
+        doc: Text::new("acceleration"),
         entries: &mapping::<4>(Pdo::Acceleration),
     },
     Object {
         index: index::TPDO_MAPPING + 4,
-        name: for_people("TPDO5 mapping parameter"),
+        name: Text::new("TPDO5 mapping parameter"),
         shape: Shape::Record,
-        doc: for_people("rate"),
+        doc: Text::new("rate"),
         entries: &mapping::<4>(Pdo::Rate),
     },
     Object {
         index: index::TPDO_MAPPING + 5,
-        name: for_people("TPDO6 mapping parameter"),
+        name: Text::new("TPDO6 mapping parameter"),
         shape: Shape::Record,
-        doc: for_people("bias and temperature"),
+        doc: Text::new("bias and temperature"),
         entries: &mapping::<4>(Pdo::Bias),
     },
     Object {
         index: index::TPDO_MAPPING + 6,
-        name: for_people("TPDO7 mapping parameter"),
+        name: Text::new("TPDO7 mapping parameter"),
         shape: Shape::Record,
-        doc: for_people("health"),
+        doc: Text::new("health"),
         entries: &mapping::<5>(Pdo::Health),
     },
     Object {
         index: index::FOOT,
-        name: for_people("Foot"),
+        name: Text::new("Foot"),
         shape: Shape::Var,
-        doc: for_people(MEANING_OF_FOOT),
+        doc: Text::new(MEANING_OF_FOOT),
         entries: &[
             Entry::setting(0, "Foot", Value::U8(Foot::FrontLeft.code()))
                 .range(Value::U8(1), Value::U8(6)),
@@ -904,9 +944,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::NODE_ID,
-        name: for_people("Node id"),
+        name: Text::new("Node id"),
         shape: Shape::Var,
-        doc: for_people("0: that of the foot, 0x10 + 0x2000; 255: none, waits for LSS"),
+        doc: Text::new("0: that of the foot, 0x10 + 0x2000; 255: none, waits for LSS"),
         entries: &[
             Entry::setting(0, "Node id", Value::U8(0))
             .limits(Limits::RangeWithout(&[Value::U8(0), Value::U8(255), Value::U8(128), Value::U8(254)]))
@@ -915,9 +955,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::CAN_BIT_RATE,
-        name: for_people("CAN bit rate"),
+        name: Text::new("CAN bit rate"),
         shape: Shape::Var,
-        doc: for_people("125, 250, 500 or 1000; what is sent must not take more than three quarters of it"),
+        doc: Text::new("125, 250, 500 or 1000; what is sent must not take more than three quarters of it"),
         entries: &[
             Entry::setting(0, "CAN bit rate", Value::U16(1000))
                 .limits(Limits::OneOf(&[
@@ -932,9 +972,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::UART_RATE,
-        name: for_people("UART rate"),
+        name: Text::new("UART rate"),
         shape: Shape::Var,
-        doc: for_people(""),
+        doc: Text::new(""),
         entries: &[
             Entry::setting(0, "UART rate", Value::U32(1_000_000))
                 .range(Value::U32(9_600), Value::U32(3_000_000))
@@ -944,39 +984,39 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::AUTOSTART,
-        name: for_people("Autostart"),
+        name: Text::new("Autostart"),
         shape: Shape::Var,
-        doc: for_people("1: operational, and so streaming, by itself after power-up"),
+        doc: Text::new("1: operational, and so streaming, by itself after power-up"),
         entries: &[Entry::switch(0, "Autostart", 1)],
     },
     Object {
         index: index::LOCK,
-        name: for_people("Configuration lock"),
+        name: Text::new("Configuration lock"),
         shape: Shape::Var,
-        doc: for_people("1: no other setting can be changed or restored. Guards against accidents, not against intent"),
+        doc: Text::new("1: no other setting can be changed or restored. Guards against accidents, not against intent"),
         entries: &[Entry::switch(0, "Configuration lock", 0)],
     },
     Object {
         index: index::LOG_LEVEL,
-        name: for_people("Log level"),
+        name: Text::new("Log level"),
         shape: Shape::Var,
-        doc: for_people("what is logged over UART: 0 nothing, 1 errors, 2 warnings, 3 information, 4 debugging"),
+        doc: Text::new("what is logged over UART: 0 nothing, 1 errors, 2 warnings, 3 information, 4 debugging"),
         entries: &[
             Entry::setting(0, "Log level", Value::U8(3)).range(Value::U8(0), Value::U8(4)),
         ],
     },
     Object {
         index: index::SELF_TEST,
-        name: for_people("Self-test at start"),
+        name: Text::new("Self-test at start"),
         shape: Shape::Var,
-        doc: for_people("1: the sensor's self-test runs at each start"),
+        doc: Text::new("1: the sensor's self-test runs at each start"),
         entries: &[Entry::switch(0, "Self-test at start", 0)],
     },
     Object {
         index: index::UART_STREAMS,
-        name: for_people("UART streams"),
+        name: Text::new("UART streams"),
         shape: Shape::Array,
-        doc: for_people("one message in so many ticks; 0: none"),
+        doc: Text::new("one message in so many ticks; 0: none"),
         entries: &[
             Entry::setting(1, "Contact", Value::U16(1)).unit("ms"),
             Entry::setting(2, "Raw sample", Value::U16(0)).unit("ms"),
@@ -985,9 +1025,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::WINDOW,
-        name: for_people("Window"),
+        name: Text::new("Window"),
         shape: Shape::Var,
-        doc: for_people("how far back the estimate looks"),
+        doc: Text::new("how far back the estimate looks"),
         entries: &[
             Entry::setting(0, "Window", WINDOW_US)
                 .range(Value::U32(1_000), Value::U32(256_000))
@@ -996,30 +1036,30 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::BANDWIDTH,
-        name: for_people("Bandwidth"),
+        name: Text::new("Bandwidth"),
         shape: Shape::Array,
-        doc: for_people("kernel standard deviation h: the sensor's noise"),
+        doc: Text::new("kernel standard deviation h: the sensor's noise"),
         entries: &per_axis(Params::DEFAULT.bandwidth, 1.0e3, SI),
     },
     Object {
         index: index::HALF_WIDTH,
-        name: for_people("Half-width"),
+        name: Text::new("Half-width"),
         shape: Shape::Array,
-        doc: for_people("motion within ±δ counts as rest"),
+        doc: Text::new("motion within ±δ counts as rest"),
         entries: &per_axis(Params::DEFAULT.half_width, 1.0e4, SI),
     },
     Object {
         index: index::ATTITUDE_FILTER,
-        name: for_people("Attitude filter"),
+        name: Text::new("Attitude filter"),
         shape: Shape::Record,
-        doc: for_people("how gravity and the gyroscope's bias are found"),
+        doc: Text::new("how gravity and the gyroscope's bias are found"),
         entries: ATTITUDE_FILTER,
     },
     Object {
         index: index::DECISION,
-        name: for_people("Decision"),
+        name: Text::new("Decision"),
         shape: Shape::Record,
-        doc: for_people("when the probability becomes a yes or a no"),
+        doc: Text::new("when the probability becomes a yes or a no"),
         entries: &[
             Entry::setting(1, "Threshold", Value::F32(Params::DEFAULT.decision.threshold))
                 .range(Value::F32(0.01), Value::F32(0.99)),
@@ -1029,9 +1069,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::LOAD_INPUT,
-        name: for_people("Load input"),
+        name: Text::new("Load input"),
         shape: Shape::Record,
-        doc: for_people("load = scale × (reading − offset)"),
+        doc: Text::new("load = scale × (reading − offset)"),
         entries: &[
             Entry::setting(1, "Source", Value::U8(0))
                 .range(Value::U8(0), Value::U8(2))
@@ -1051,9 +1091,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::CONTACT,
-        name: for_people("Contact"),
+        name: Text::new("Contact"),
         shape: Shape::Record,
-        doc: for_people("TPDO1"),
+        doc: Text::new("TPDO1"),
         entries: &[
             Entry::process(1, "Stable contact probability", Value::U16(0)).unit("1/65535"),
             probability_of(2, "Tangential probability"),
@@ -1067,9 +1107,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::AXES,
-        name: for_people("Axis probabilities"),
+        name: Text::new("Axis probabilities"),
         shape: Shape::Array,
-        doc: for_people("TPDO2"),
+        doc: Text::new("TPDO2"),
         entries: &[
             probability_of(1, "P(ax)"),
             probability_of(2, "P(ay)"),
@@ -1081,44 +1121,44 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::ATTITUDE,
-        name: for_people("Attitude"),
+        name: Text::new("Attitude"),
         shape: Shape::Array,
-        doc: for_people("TPDO3: quaternion, sensor → world"),
+        doc: Text::new("TPDO3: quaternion, sensor → world"),
         entries: &axes_of(["w", "x", "y", "z"], "1/32767"),
     },
     Object {
         index: index::ACCELERATION,
-        name: for_people("Linear acceleration"),
+        name: Text::new("Linear acceleration"),
         shape: Shape::Array,
-        doc: for_people("TPDO4: without gravity, sensor frame"),
+        doc: Text::new("TPDO4: without gravity, sensor frame"),
         entries: &axes_of(XYZ, "0.01 m/s²"),
     },
     Object {
         index: index::RATE,
-        name: for_people("Angular rate"),
+        name: Text::new("Angular rate"),
         shape: Shape::Array,
-        doc: for_people("TPDO5: without bias, sensor frame"),
+        doc: Text::new("TPDO5: without bias, sensor frame"),
         entries: &axes_of(XYZ, "0.00125 rad/s"),
     },
     Object {
         index: index::BIAS,
-        name: for_people("Gyroscope bias"),
+        name: Text::new("Gyroscope bias"),
         shape: Shape::Array,
-        doc: for_people("TPDO6: sensor frame"),
+        doc: Text::new("TPDO6: sensor frame"),
         entries: &axes_of(XYZ, "0.00001 rad/s"),
     },
     Object {
         index: index::TEMPERATURE,
-        name: for_people("Sensor temperature"),
+        name: Text::new("Sensor temperature"),
         shape: Shape::Var,
-        doc: for_people("TPDO6"),
+        doc: Text::new("TPDO6"),
         entries: &[Entry::process(0, "Sensor temperature", Value::I16(0)).unit("0.01 °C")],
     },
     Object {
         index: index::HEALTH,
-        name: for_people("Health"),
+        name: Text::new("Health"),
         shape: Shape::Record,
-        doc: for_people("TPDO7"),
+        doc: Text::new("TPDO7"),
         entries: &[
             Entry::process(1, "Flags", Value::U8(0))
                 .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap"),
@@ -1132,9 +1172,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::LOAD,
-        name: for_people("Load"),
+        name: Text::new("Load"),
         shape: Shape::Var,
-        doc: for_people("RPDO1; used with load source 2; reads as not a number where none came within the event timer"),
+        doc: Text::new("RPDO1; used with load source 2; reads as not a number where none came within the event timer"),
         entries: &[
             Entry::new(0, "Load", Role::Input, Access::Rw, Value::F32(0.0))
                 .range(Value::F32(-1.0e9), Value::F32(1.0e9))
@@ -1143,9 +1183,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::TIME,
-        name: for_people("Last time stamp"),
+        name: Text::new("Last time stamp"),
         shape: Shape::Record,
-        doc: for_people("the date of the last TIME message, and when it came on the foot's clock; all 0 before the first"),
+        doc: Text::new("the date of the last TIME message, and when it came on the foot's clock; all 0 before the first"),
         entries: &[
             Entry::live(1, "Days", Value::U16(0)).doc("since the first of January 1984"),
             Entry::live(2, "Milliseconds", Value::U32(0))
@@ -1158,30 +1198,30 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::STAGE,
-        name: for_people("Stage"),
+        name: Text::new("Stage"),
         shape: Shape::Var,
-        doc: for_people("0 starting, 1 self-test, 2 hold the foot still, 3 running, 4 recovering"),
+        doc: Text::new("0 starting, 1 self-test, 2 hold the foot still, 3 running, 4 recovering"),
         entries: &[Entry::live(0, "Stage", Value::U8(0))],
     },
     Object {
         index: index::FAULTS,
-        name: for_people("Active faults"),
+        name: Text::new("Active faults"),
         shape: Shape::Var,
-        doc: for_people("bit i: the fault of number i"),
+        doc: Text::new("bit i: the fault of number i"),
         entries: &[Entry::live(0, "Active faults", Value::U32(0))],
     },
     Object {
         index: index::COUNTERS,
-        name: for_people("Counters"),
+        name: Text::new("Counters"),
         shape: Shape::Array,
-        doc: for_people("since power-up"),
+        doc: Text::new("since power-up"),
         entries: &counters(),
     },
     Object {
         index: index::LAST_CRASH,
-        name: for_people("Last crash"),
+        name: Text::new("Last crash"),
         shape: Shape::Record,
-        doc: for_people("what RAM remembers of it"),
+        doc: Text::new("what RAM remembers of it"),
         entries: &[
             Entry::live(1, "Reason", Value::U16(0))
                 .doc("its emergency code; 0: none"),
@@ -1190,9 +1230,9 @@ pub const OBJECTS: &[Object] = &[
     },
     Object {
         index: index::CALIBRATION,
-        name: for_people("Calibration"),
+        name: Text::new("Calibration"),
         shape: Shape::Record,
-        doc: for_people("half-widths from steps on good ground"),
+        doc: Text::new("half-widths from steps on good ground"),
         entries: &[
             Entry::command(1, "Command", Access::Wo, Value::U8(0))
                 .range(Value::U8(1), Value::U8(3))

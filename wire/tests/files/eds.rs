@@ -152,7 +152,7 @@ fn write_value(eds: &mut String, entry: &Entry) {
     }
     let _ = writeln!(eds, "PDOMapping={}", u8::from(entry.is_mappable()));
     if !entry.unit.is_empty() {
-        let _ = writeln!(eds, "Unit={}", ascii(entry.unit));
+        let _ = writeln!(eds, "Unit={}", ascii(&entry.unit));
     }
 }
 
