@@ -14,7 +14,7 @@
 
 use canopen_rs::lss::{self, LssAddress, LssSlave, LssState};
 use canopen_rs::nmt;
-use canopen_rs::time::{TIME_COB_ID, TimeOfDay};
+use canopen_rs::time::TimeOfDay;
 use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
 use estimator_core::{ContactEstimate, PerAxis, Timestamp};
 
@@ -25,7 +25,7 @@ use crate::dictionary::{
     SIGNATURE_STORE, VENDOR_ID, index,
 };
 use crate::fault::{Emergency, Fault, Faults};
-use crate::foot::NodeId;
+use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
 use crate::pdo::{
     Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Load, LongTime, PDOS, Pdo, Rate,
@@ -175,7 +175,6 @@ pub struct Node {
     details: [u32; Fault::ALL.len()],
 }
 
-const SYNC_ID: u16 = 0x80;
 const LSS_CONFIGURE_NODE_ID: u8 = 0x11;
 const LSS_CONFIGURE_BIT_TIMING: u8 = 0x13;
 const LSS_STORE: u8 = 0x17;
@@ -244,7 +243,7 @@ impl Node {
         }
         self.device.state = self.nmt.state();
         Some(CanFrame::of(
-            id.cob_id(nmt::HEARTBEAT_COB_BASE),
+            id.cob_id(cob_id::HEARTBEAT),
             nmt::BOOTUP_FRAME,
         ))
     }
@@ -317,9 +316,9 @@ impl Node {
         };
         match frame.id() {
             nmt::NMT_COMMAND_COB_ID => event(self.receive_nmt(frame.data(), id)),
-            SYNC_ID => event(self.receive_sync(frame.data(), now)),
-            TIME_COB_ID => event(self.receive_time(frame.data(), now)),
-            other if other == id.cob_id(0x600) => self.receive_sdo(frame, id),
+            cob_id::SYNC => event(self.receive_sync(frame.data(), now)),
+            cob_id::TIME => event(self.receive_time(frame.data(), now)),
+            other if other == id.cob_id(cob_id::SDO_REQUEST) => self.receive_sdo(frame, id),
             other if other == id.cob_id(Load::BASE) => self.receive_load(frame.data()),
             _ => Outcome::default(),
         }
@@ -380,7 +379,10 @@ impl Node {
             Waiting::Nobody => None,
             Waiting::Sdo => {
                 let answer = self.sdo.finish(result)?;
-                Some(CanFrame::of(self.device.id?.cob_id(0x580), answer))
+                Some(CanFrame::of(
+                    self.device.id?.cob_id(cob_id::SDO_RESPONSE),
+                    answer,
+                ))
             }
             Waiting::Lss => {
                 // 2: the storage media could not be accessed.
@@ -431,7 +433,9 @@ impl Node {
     /// The identifier of emergency messages, in the states in which they are sent.
     fn id_for_emergencies(&self) -> Option<u16> {
         match self.device.state {
-            NmtState::PreOperational | NmtState::Operational => Some(self.device.id?.cob_id(0x80)),
+            NmtState::PreOperational | NmtState::Operational => {
+                Some(self.device.id?.cob_id(cob_id::EMERGENCY))
+            }
             NmtState::Initialising | NmtState::Stopped => None,
         }
     }
@@ -538,7 +542,7 @@ impl Node {
         }
         self.heartbeat_age = 0;
         Some(CanFrame::of(
-            id.cob_id(nmt::HEARTBEAT_COB_BASE),
+            id.cob_id(cob_id::HEARTBEAT),
             nmt::encode_heartbeat(self.device.state),
         ))
     }
@@ -590,7 +594,7 @@ impl Node {
             self.waiting = Waiting::Sdo;
         }
         Outcome {
-            reply: answer.map(|answer| CanFrame::of(id.cob_id(0x580), answer)),
+            reply: answer.map(|answer| CanFrame::of(id.cob_id(cob_id::SDO_RESPONSE), answer)),
             event,
         }
     }

@@ -4,6 +4,7 @@ use super::{
     Access, Entry, Limits, Object, PDO_NO_REMOTE, PRODUCT_CODE, REVISION, Role, Shape, Text,
     VENDOR_ID, index,
 };
+use crate::foot::cob_id;
 use crate::pdo::{self, Pdo};
 use crate::value::Value;
 
@@ -98,7 +99,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("COB-ID SYNC message"),
         shape: Shape::Var,
         doc: Text::new("listened to, never sent"),
-        entries: &[Entry::constant(0, "COB-ID SYNC message", Value::U32(0x80))],
+        entries: &[Entry::constant(0, "COB-ID SYNC message", Value::U32(cob_id::SYNC as u32))],
     },
     Object {
         index: index::DEVICE_NAME,
@@ -161,7 +162,7 @@ pub(super) const OBJECTS: &[Object] = &[
         entries: &[Entry::constant(
             0,
             "COB-ID time stamp object",
-            Value::U32(0x8000_0100),
+            Value::U32(1 << 31 | cob_id::TIME as u32),
         )],
     },
     Object {
@@ -169,7 +170,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("COB-ID EMCY"),
         shape: Shape::Var,
         doc: Text::new(""),
-        entries: &[Entry::cob_id(0, "COB-ID EMCY", 0x80)],
+        entries: &[Entry::cob_id(0, "COB-ID EMCY", cob_id::EMERGENCY as u32)],
     },
     Object {
         index: index::HEARTBEAT,
@@ -199,8 +200,8 @@ pub(super) const OBJECTS: &[Object] = &[
         shape: Shape::Record,
         doc: Text::new(""),
         entries: &[
-            Entry::cob_id(1, "COB-ID client to server", 0x600),
-            Entry::cob_id(2, "COB-ID server to client", 0x580),
+            Entry::cob_id(1, "COB-ID client to server", cob_id::SDO_REQUEST as u32),
+            Entry::cob_id(2, "COB-ID server to client", cob_id::SDO_RESPONSE as u32),
         ],
     },
     Object {

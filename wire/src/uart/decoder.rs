@@ -2,6 +2,7 @@
 
 use super::cobs::Decoding;
 use super::{Frame, Kind, MAX_DECODED, parse};
+use crate::sequence::missing_u16;
 
 /// Why something in the stream was dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,11 +147,8 @@ impl Decoder {
     fn count_frame(&mut self, sequence: u16) {
         self.drops.frames = self.drops.frames.wrapping_add(1);
         if let Some(last) = self.last.replace(sequence) {
-            let missing = sequence.wrapping_sub(last).wrapping_sub(1);
-            // Not forwards: the other side has started anew.
-            if missing < 1 << 15 {
-                self.drops.missing = self.drops.missing.wrapping_add(u32::from(missing));
-            }
+            let missing = missing_u16(last, sequence);
+            self.drops.missing = self.drops.missing.wrapping_add(u32::from(missing));
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use wire::foot::cob_id;
 use wire::pdo::{Kind, Load, Quantity, Signal};
 use wire::{Fault, Foot, Pdo, Settings};
 
@@ -38,8 +39,8 @@ BO_ {} {name}_Emergency: 8 {name}
 
 BO_ {} {name}_Heartbeat: 1 {name}
  SG_ NodeState : 0|7@1+ (1,0) [0|127] \"\" Robot",
-            node.cob_id(0x80),
-            node.cob_id(0x700)
+            node.cob_id(cob_id::EMERGENCY),
+            node.cob_id(cob_id::HEARTBEAT)
         );
         let _ = writeln!(
             dbc,
@@ -68,7 +69,10 @@ BO_ {} {name}_Heartbeat: 1 {name}
     }
     for foot in Foot::ALL {
         let node = foot.default_node_id();
-        let (emergency, heartbeat) = (node.cob_id(0x80), node.cob_id(0x700));
+        let (emergency, heartbeat) = (
+            node.cob_id(cob_id::EMERGENCY),
+            node.cob_id(cob_id::HEARTBEAT),
+        );
         let _ = writeln!(
             dbc,
             "CM_ BO_ {emergency} \"A fault has come or gone.\";
@@ -91,7 +95,7 @@ CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
     }
     let heartbeat = Settings::default().heartbeat_ms();
     for foot in Foot::ALL {
-        let id = foot.default_node_id().cob_id(0x700);
+        let id = foot.default_node_id().cob_id(cob_id::HEARTBEAT);
         let _ = writeln!(dbc, "BA_ \"GenMsgCycleTime\" BO_ {id} {heartbeat};");
     }
     for foot in Foot::ALL {
@@ -119,7 +123,10 @@ CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
         .concat();
     for foot in Foot::ALL {
         let node = foot.default_node_id();
-        let (emergency, heartbeat) = (node.cob_id(0x80), node.cob_id(0x700));
+        let (emergency, heartbeat) = (
+            node.cob_id(cob_id::EMERGENCY),
+            node.cob_id(cob_id::HEARTBEAT),
+        );
         let _ = writeln!(
             dbc,
             "VAL_ {emergency} EmergencyCode 0 \"gone\"{codes} ;
