@@ -35,7 +35,7 @@ use firmware::storage::{Origin, Storage};
 use firmware::supervision::Worker;
 use firmware::{Foot, Ports, Start};
 use static_cell::StaticCell;
-use wire::node::Crash;
+use wire::node::{BootCause, Crash};
 use wire::{CanFrame, Fault, Stage};
 
 use board::clocks::Source;
@@ -85,6 +85,10 @@ fn main() -> ! {
     let (settings, origin) = embassy_futures::block_on(storage.load());
     let start = Start {
         serial: board.serial,
+        cause: match (board.reset, board.crash.is_some()) {
+            (Reset::Software, false) => BootCause::Commanded,
+            _ => BootCause::PowerUp,
+        },
         crash: reason_for_start(board.crash, board.reset),
         settings_corrupted: origin == Origin::Corrupted,
         crystal_missing: board.clock == Source::Internal,
@@ -325,10 +329,9 @@ async fn blink(mut led: Output<'static>) {
 fn reason_for_start(crash: Option<board::crash::Crash>, reset: Reset) -> Option<Crash> {
     if let Some(crash) = crash {
         defmt::error!(
-            "the run before stopped at {=u32:#010x}: reason {=u32}, {=str} {=u32:#x}",
+            "the run before stopped at {=u32:#010x}: reason {=u32}, detail {=u32:#x}",
             crash.record.program_counter,
             crash.record.reason as u32,
-            crash.file,
             crash.detail
         );
         return Some(crash.record.into());

@@ -14,7 +14,7 @@ use estimator_core::{
 };
 use lsm6dsox::scale::FullScale;
 use wire::dictionary::index;
-use wire::node::{Crash, State};
+use wire::node::{BootCause, Crash, State};
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadSource, WINDOW_CAPACITY};
 use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
@@ -33,9 +33,6 @@ pub const INPUTS_PER_TICK: usize = 8;
 /// Good samples in a row after which a fault of the sensor is over.
 pub const SOUND_TICKS: u16 = 20;
 
-/// How long a load that came over CAN is believed, µs: ten frames at 100 Hz.
-pub const LOAD_AGE_US: u64 = 100_000;
-
 /// Readings of the load input in which it is connected; at the ends of the 12-bit range it is
 /// open or shorted.
 pub const LOAD_READINGS: core::ops::RangeInclusive<u16> = 16..=4079;
@@ -52,6 +49,8 @@ const RESTART_TICKS: u16 = 10_000;
 pub struct Start {
     /// Tells this board from all others.
     pub serial: u32,
+    /// Whether somebody asked for the start.
+    pub cause: BootCause,
     /// Why the board was restarted, where it was not switched on: a [`CrashRecord`] of before, or
     /// [`Fault::WatchdogReset`].
     ///
@@ -85,7 +84,6 @@ pub struct Foot {
     sound_ticks: u16,
     saturated: Hysteresis,
     load_open: Hysteresis,
-    load: Option<(Load, Timestamp)>,
     calibration: Calibration,
     fading: Fading,
     bus: BusState,
@@ -117,7 +115,6 @@ impl Foot {
             sound_ticks: 0,
             saturated: Hysteresis::new(1, SOUND_TICKS),
             load_open: Hysteresis::new(10, 100),
-            load: None,
             calibration: Calibration::default(),
             fading: Fading::default(),
             bus: BusState::Active,
@@ -171,10 +168,10 @@ impl Foot {
     ) {
         self.ticks = self.ticks.wrapping_add(1);
         self.introduce(ports);
-        self.take_inputs(tick.time, ports);
+        self.take_inputs(ports);
         self.count(tick, measurement, ports);
         self.judge_sensor(measurement, ports);
-        let load = self.load(reading, tick.time, ports);
+        let load = self.load(reading, ports);
 
         if core::mem::take(&mut self.outdated)
             && let Ok(config) = self.settings().params().validate()
@@ -200,7 +197,7 @@ impl Foot {
         let Some(start) = self.start.take() else {
             return;
         };
-        self.boot(ports);
+        self.boot(start.cause, ports);
         if start.crystal_missing {
             self.raise(Fault::CrystalMissing, 0, ports);
         }
@@ -214,23 +211,23 @@ impl Foot {
         }
     }
 
-    fn boot<M: RawMutex>(&mut self, ports: &Ports<M>) {
-        if let Some(frame) = self.node.boot() {
+    fn boot<M: RawMutex>(&mut self, cause: BootCause, ports: &Ports<M>) {
+        if let Some(frame) = self.node.boot(cause) {
             self.push_can(Lane::Answer, frame, ports);
         }
     }
 
-    fn take_inputs<M: RawMutex>(&mut self, now: Timestamp, ports: &Ports<M>) {
+    fn take_inputs<M: RawMutex>(&mut self, ports: &Ports<M>) {
         if let Some(settings) = ports.take_reloaded() {
             self.node.set_settings(settings);
             self.outdated = true;
-            self.boot(ports);
+            self.boot(BootCause::Commanded, ports);
         }
         for _ in 0..INPUTS_PER_TICK {
             let Some(input) = ports.take_input() else {
                 break;
             };
-            self.take_input(&input, now, ports);
+            self.take_input(&input, ports);
         }
         if let Some(request) = self.wanted.take()
             && !ports.request(request.clone())
@@ -239,7 +236,7 @@ impl Foot {
         }
     }
 
-    fn take_input<M: RawMutex>(&mut self, input: &Input, now: Timestamp, ports: &Ports<M>) {
+    fn take_input<M: RawMutex>(&mut self, input: &Input, ports: &Ports<M>) {
         match input {
             Input::Can(frame, at) => {
                 let outcome = self.node.receive(frame, *at);
@@ -247,7 +244,7 @@ impl Foot {
                     self.push_can(Lane::Answer, reply, ports);
                 }
                 if let Some(event) = outcome.event {
-                    self.act(event, Asker::Can, *at, ports);
+                    self.act(event, Asker::Can, ports);
                 }
             }
             Input::Uart(message) => {
@@ -257,7 +254,7 @@ impl Foot {
                 }
                 if let Some(event) = outcome.event {
                     let address = outcome.address.unwrap_or(Address::new(0, 0));
-                    self.act(event, Asker::Uart(address), now, ports);
+                    self.act(event, Asker::Uart(address), ports);
                 }
             }
             Input::UartRefused(count) => self.counters.add(Counter::UartRefused, *count),
@@ -275,7 +272,7 @@ impl Foot {
         }
     }
 
-    fn act<M: RawMutex>(&mut self, event: Event, asker: Asker, now: Timestamp, ports: &Ports<M>) {
+    fn act<M: RawMutex>(&mut self, event: Event, asker: Asker, ports: &Ports<M>) {
         match event {
             Event::Changed(address) => {
                 self.outdated |= (index::WINDOW..=index::LOAD_INPUT).contains(&address.index);
@@ -284,7 +281,6 @@ impl Foot {
             Event::Restore => self.store(asker, Request::Restore, ports),
             Event::ResetNode => self.wanted = Some(Request::Reset),
             Event::ResetCommunication => self.wanted = Some(Request::Reload),
-            Event::Load(load) => self.load = Some((load.into(), now)),
             Event::Calibration(command) => {
                 let params = self.settings().params();
                 let state = self.calibration.command(command, &params);
@@ -292,7 +288,8 @@ impl Foot {
                 self.outdated |= command == wire::node::Calibration::Accept;
                 self.clear(Fault::CalibrationFailed, ports);
             }
-            Event::State(_) | Event::Sync(_) | Event::Time(_) => {}
+            // The node keeps the load and the time, and knows when it last heard of them.
+            Event::Load(_) | Event::State(_) | Event::Sync(_) | Event::Time(_) => {}
         }
     }
 
@@ -414,12 +411,7 @@ impl Foot {
     }
 
     /// The load on the foot now, where it is known.
-    fn load<M: RawMutex>(
-        &mut self,
-        reading: Option<u16>,
-        now: Timestamp,
-        ports: &Ports<M>,
-    ) -> Option<Load> {
+    fn load<M: RawMutex>(&mut self, reading: Option<u16>, ports: &Ports<M>) -> Option<Load> {
         let input = self.settings().load_input();
         let analog = (input.source == LoadSource::Analog).then_some(reading);
         let open = analog.is_some_and(|reading| {
@@ -437,11 +429,7 @@ impl Foot {
                 let reading = reading.filter(|_| !open)?;
                 Some(Load(input.scale * (f32::from(reading) - input.offset)))
             }
-            LoadSource::Can => {
-                let (load, at) = self.load?;
-                let age = now.micros_since(at).unwrap_or(0);
-                (age <= LOAD_AGE_US).then_some(load)
-            }
+            LoadSource::Can => self.node.load().map(Into::into),
         }
     }
 
@@ -514,6 +502,7 @@ impl Foot {
                 faults: self.node.faults(),
                 temperature: Quantity::new(self.temperature, TEMPERATURE_STEP),
                 counters: self.counters,
+                unknown_faults: 0,
             };
             self.push_uart(Lane::Stream, Message::Health(health), ports);
         }

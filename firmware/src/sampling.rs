@@ -309,7 +309,7 @@ impl<SPI: SpiDevice> Sensor<SPI> {
                 Fault::SensorConfigMismatch,
                 registers(lsm6dsox::register::CTRL3_C.address, written, read),
             ),
-            Error::Bus(_) | Error::DataReadyTimeout { .. } => {
+            Error::Bus(_) | Error::DataReadyTimeout { .. } | Error::Unconfigured => {
                 Trouble::new(Fault::SensorSilent, u32::MAX)
             }
         }

@@ -5,7 +5,7 @@ use estimator_core::{ContactEstimate, Flag, Timestamp};
 use wire::counter::{Counter, Counters};
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::uart::{self, ContactMessage, HealthMessage, Message};
-use wire::{CanFrame, Fault, Node, Settings, Stage};
+use wire::{BootCause, CanFrame, Fault, Node, Settings, Stage};
 
 use crate::can_log::Logged;
 
@@ -65,7 +65,7 @@ pub fn transmit(
     let mut line = Line::default();
     let mut faults = faults.iter().peekable();
     let start = Timestamp::default();
-    bus.send_all(start, node.boot());
+    bus.send_all(start, node.boot(BootCause::PowerUp));
     for (tick, (estimate, temperature)) in (1_u32..).zip(estimates.iter().zip(temperatures)) {
         let now = estimate.timestamp;
         while let Some(change) = faults.next_if(|change| change.at <= now) {
@@ -95,6 +95,7 @@ pub fn transmit(
                 state: node.state(),
                 id: node.id(),
                 faults: node.faults(),
+                unknown_faults: 0,
                 temperature: Quantity::new(*temperature, TEMPERATURE_STEP),
                 counters,
             }));

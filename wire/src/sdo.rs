@@ -288,7 +288,8 @@ impl SdoServer {
     }
 }
 
-fn wrong_length(length: usize, size: usize) -> Option<AbortCode> {
+/// Why a value of `length` bytes does not fit an object of `size` bytes.
+pub(crate) fn wrong_length(length: usize, size: usize) -> Option<AbortCode> {
     use core::cmp::Ordering::{Equal, Greater, Less};
     match length.cmp(&size) {
         Equal => None,

@@ -18,11 +18,9 @@ pub struct Crash {
     /// Why and where. The program counter of a panic is that of the call that panicked; it is 0
     /// where it is not known, as after an overflow of the stack.
     pub record: CrashRecord,
-    /// The line of a panic, the fault status register (CFSR) of a fault, the number of an
-    /// exception that nobody handles.
+    /// The fault status register (CFSR) of a fault, the number of an exception that nobody
+    /// handles, 0 of a panic.
     pub detail: u32,
-    /// The file of a panic.
-    pub file: &'static str,
 }
 
 /// What made the processor start.
@@ -45,8 +43,6 @@ struct Note {
     /// Believed only where they are a record; the rest only beside one.
     record: [u32; CRASH_WORDS],
     detail: u32,
-    file: u32,
-    file_length: u32,
 }
 
 #[repr(transparent)]
@@ -73,7 +69,6 @@ pub fn take() -> Option<Crash> {
     Some(Crash {
         record: CrashRecord::from_words(note.record)?,
         detail: note.detail,
-        file: text_in_flash(note.file, note.file_length),
     })
 }
 
@@ -95,24 +90,7 @@ pub fn take_reset() -> Reset {
     }
 }
 
-/// The text of a `&'static str` that the run before wrote down, where it lies in the program's
-/// constants and is one: another program may have been flashed meanwhile.
-fn text_in_flash(start: u32, length: u32) -> &'static str {
-    unsafe extern "C" {
-        static __srodata: u8;
-        static __erodata: u8;
-    }
-    let (from, to) = ((&raw const __srodata) as u32, (&raw const __erodata) as u32);
-    let inside = from <= start && length <= 256 && start.saturating_add(length) <= to;
-    if !inside {
-        return "";
-    }
-    // SAFETY: the bytes lie in constants of this program.
-    let bytes = unsafe { core::slice::from_raw_parts(start as *const u8, length as usize) };
-    core::str::from_utf8(bytes).unwrap_or("")
-}
-
-fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32, file: &str) -> ! {
+fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32) -> ! {
     let record = CrashRecord {
         reason,
         program_counter,
@@ -120,8 +98,6 @@ fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32, file: 
     let note = Note {
         record: record.to_words(),
         detail,
-        file: file.as_ptr() as u32,
-        file_length: file.len() as u32,
     };
     // SAFETY: the place is valid and aligned, and nothing else runs any more.
     unsafe { ptr::write_volatile(NOTE.0.get().cast(), note) };
@@ -129,13 +105,12 @@ fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32, file: 
     SCB::sys_reset()
 }
 
+/// Looks at nothing of what it is told: so the linker can leave out the texts of all panics, which
+/// are a tenth of the flash. The program counter leads to file and line by way of the ELF.
 #[panic_handler]
-fn panic(info: &PanicInfo) -> ! {
+fn panic(_: &PanicInfo) -> ! {
     cortex_m::interrupt::disable();
-    let (file, line) = info
-        .location()
-        .map_or(("", 0), |location| (location.file(), location.line()));
-    note_and_reset(CrashReason::Panic, caller(), line, file)
+    note_and_reset(CrashReason::Panic, caller(), 0)
 }
 
 /// The return address into the program on the stack nearest to its top: whoever panicked, or a
@@ -196,15 +171,15 @@ unsafe extern "C" fn hard_fault(frame: *const u32) -> ! {
     // SAFETY: the register may be read at any time.
     let status = unsafe { (*SCB::PTR).cfsr.read() };
     if at < bottom || at + FRAME_WORDS * size_of::<u32>() > top {
-        note_and_reset(CrashReason::HardFault, 0, status, "");
+        note_and_reset(CrashReason::HardFault, 0, status);
     }
     // SAFETY: the frame lies in the stack.
     let program_counter = unsafe { ptr::read_volatile(frame.add(PROGRAM_COUNTER)) };
-    note_and_reset(CrashReason::HardFault, program_counter, status, "");
+    note_and_reset(CrashReason::HardFault, program_counter, status);
 }
 
 /// Whatever nobody handles, among it the loss of the crystal (NMI).
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(number: i16) {
-    note_and_reset(CrashReason::HardFault, 0, number as u32, "");
+    note_and_reset(CrashReason::HardFault, 0, number as u32);
 }

@@ -6,7 +6,7 @@ use firmware::Start;
 use firmware::ports::{BusState, Input, Request, StoreFailed};
 use firmware::supervision::{CrashReason, CrashRecord, Worker};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
-use wire::node::{Command, State};
+use wire::node::{BootCause, Command, State};
 use wire::uart::{Answer, Message, encode};
 use wire::{AbortCode, Address, CanFrame, Counter, Fault, Faults, Settings, Value};
 
@@ -243,9 +243,9 @@ fn nobody_listening_for_a_minute_costs_frames_and_no_tick() {
     let told = (0..200).find_map(|_| {
         bench.still();
         let health = bench.can.iter().find(|frame| frame.id() == 0x511)?;
-        Some(u16::from_le_bytes([health.data()[2], health.data()[3]]))
+        Some(health.data()[2])
     });
-    assert_eq!(told, Some(bench.foot.counters().dropped() as u16));
+    assert_eq!(told, Some(bench.foot.counters().dropped() as u8));
 }
 
 #[test]
@@ -348,6 +348,10 @@ fn a_reset_of_the_communication_loads_what_is_stored_and_boots_again() {
     bench.still();
     assert_eq!(bench.can[0], CanFrame::new(0x720, &[0]).expect("boot-up"));
     assert_eq!(*bench.foot.settings(), stored);
+    // Whoever asked for the reset configures and starts it.
+    assert_eq!(bench.contact(), None);
+    bench.command(Command::Start);
+    bench.still();
     assert!(bench.contact().is_some());
     bench.command(Command::ResetNode);
     bench.still();
@@ -362,6 +366,7 @@ fn what_is_wrong_from_before_is_told_at_the_start_and_the_crash_fades() {
     };
     let start = Start {
         serial: 7,
+        cause: BootCause::PowerUp,
         crash: Some(crash.into()),
         settings_corrupted: true,
         crystal_missing: false,

@@ -83,7 +83,7 @@ Dummy0007=0
 
 [Comments]
 Lines=2
-Line1=Generated from wire/src/dictionary.rs: change that, not this.
+Line1=Generated from wire/src/dictionary: change that, not this.
 Line2=wire/README.md says what each object means.
 ",
         major = REVISION >> 16,

@@ -161,12 +161,11 @@ def stores_and_restores(network, node):
     node.sdo["Window"].raw = 40_000
     resets_communication(node)
     assert node.sdo["Window"].raw == 30_000, "what was stored, not what was written later"
-    node.nmt.state = "PRE-OPERATIONAL"
-    time.sleep(0.05)
     node.restore()
     assert node.sdo["Window"].raw == 30_000, "until the reset"
     resets_communication(node)
     assert node.sdo["Window"].raw == 50_000
+    node.nmt.state = "OPERATIONAL"
 
 
 def resets_communication(node, rebooted=None):
@@ -178,6 +177,9 @@ def resets_communication(node, rebooted=None):
     )
     node.nmt.state = "RESET COMMUNICATION"
     assert booted.wait(timeout=3), "no boot-up message"
+    # What a master commands to reset waits for its configuration.
+    assert (rebooted or node).sdo["Producer heartbeat time"].raw == 500
+    (rebooted or node).sdo["Producer heartbeat time"].raw = 500
 
 
 def sees_emergencies(network, node):
@@ -207,8 +209,9 @@ def follows_sync(network, node):
     assert health.wait_for_reception(timeout=0.3) is None, "not without a SYNC"
     times = []
     for _ in range(3):
-        network.sync.transmit()
+        network.sync.transmit(len(times) + 1)
         assert health.wait_for_reception(timeout=1) is not None
+        assert health["Health.Counter of the last SYNC"].raw == len(times) + 1
         times.append(health["Health.Time of the last SYNC"].raw)
         time.sleep(0.05)
     assert times[0] < times[1] < times[2], times
@@ -226,6 +229,7 @@ def is_given_another_id(network, node):
     network.add_node(moved)
     resets_communication(node, moved)
     assert moved.sdo["Node id"].raw == MOVED
+    moved.nmt.state = "OPERATIONAL"
     moved.tpdo.read()
     assert moved.tpdo[1].cob_id == 0x180 + MOVED
     assert moved.tpdo[1].wait_for_reception(timeout=2) is not None
