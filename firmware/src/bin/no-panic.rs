@@ -23,6 +23,7 @@ use estimator_core::{
     Saturation, SpecificForce, Timestamp, Validity, Vec3, WindowLength,
 };
 use lsm6dsox::{Config, FrequencyFine, FrozenDetector, Lsm6dsox, SensorTimestamp};
+use wire::node::BootCause;
 use wire::{CanFrame, Event, Fault, Faults, Node, Settings, fd, pdo, uart};
 // The vector table.
 use stm32_metapac as _;
@@ -381,7 +382,7 @@ fn any_can_frame() -> Option<CanFrame> {
 
 fn node() {
     let mut node = Node::new(Settings::default(), any());
-    used(node.boot());
+    used(node.boot(BootCause::PowerUp));
     while any_bool() {
         match any::<u8>() {
             0 => {
@@ -416,7 +417,7 @@ fn node() {
                 let (settings, refused) = Settings::set_all(node.settings().iter());
                 used(refused);
                 node.set_settings(settings);
-                used(node.boot());
+                used(node.boot(BootCause::Commanded));
             }
             _ => used(node.settings().params().validate::<256>()),
         }

@@ -350,7 +350,7 @@ fn a_reset_of_the_communication_loads_what_is_stored_and_boots_again() {
     assert_eq!(*bench.foot.settings(), stored);
     // Whoever asked for the reset configures and starts it.
     assert_eq!(bench.contact(), None);
-    bench.command(Command::Start);
+    bench.command(Command::StartRemoteNode);
     bench.still();
     assert!(bench.contact().is_some());
     bench.command(Command::ResetNode);
