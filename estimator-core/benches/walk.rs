@@ -27,6 +27,7 @@ pub fn motion() -> Vec<(LinearAcceleration, AngularRate)> {
 fn sample(line: &str) -> ImuSample {
     let columns: Vec<f64> = line
         .split(',')
+        .take(7)
         .map(|column| column.parse().expect("a number"))
         .collect();
     let vector = |from: usize| {

@@ -11,6 +11,7 @@
 //! | probability per axis, tangential, vertical and in total | [`probability`] |
 //! | debounced decision, and the phase where the load is known | [`phase`] |
 //! | all of it behind one `update` | [`contact`] |
+//! | half-widths from a few steps on good ground | [`calibration`] |
 //!
 //! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
 //! Contact State Estimation for Legged Robots using Inertial Information*, ICRA 2023
@@ -51,6 +52,7 @@ extern crate std;
 
 pub mod attitude;
 pub mod axis;
+pub mod calibration;
 pub mod contact;
 pub mod erf;
 pub mod flag;
@@ -65,6 +67,7 @@ pub mod window;
 
 pub use attitude::{AttitudeFilter, AttitudeParams, GyroTiming};
 pub use axis::{Axis, PerAxis};
+pub use calibration::{Calibrator, TooFewSteps};
 pub use contact::{ContactEstimate, ContactEstimator};
 pub use flag::{Flag, Flags};
 pub use params::{Config, DecisionParams, Gravity, LoadParams, Params, ParamsError, WindowLength};

@@ -1,9 +1,68 @@
-//! The portable part of what runs on the foot.
+//! The portable part of what runs on the foot: everything but the pins.
 //!
-//! Today that is [`self_check`]: a stimulus and a digest that tell whether the estimator has the
-//! same bits on the target as on the host. Everything here compiles for both.
+//! The path of a sample, one module a step:
+//!
+//! | step | module |
+//! |---|---|
+//! | a tick, a data-ready edge, one burst; is the sensor still itself? | [`sampling`] |
+//! | the sensor's units and doubts become the estimator's | [`imu`] |
+//! | sample → estimate → frames, and all that is decided on the way | [`pipeline`] |
+//! | frames wait for the bus; the newest win | [`telemetry`], behind [`ports`] |
+//!
+//! And what goes the other way, or happens beside it:
+//!
+//! | what | module |
+//! |---|---|
+//! | bytes of the UART become requests, requests become answers | [`commands`] |
+//! | settings in flash | [`storage`] |
+//! | half-widths from steps on good ground | [`calibration`] |
+//! | faults that come and go, the watchdog's food, what a crash leaves behind | [`supervision`] |
+//! | the estimator's bits on the target | [`self_check`] |
+//!
+//! Two levels, and nothing of the lower can delay the upper:
+//!
+//! - **The sampling loop** owns the sensor and the [`Foot`], and runs at
+//!   interrupt priority: [`sampling::run`] calls [`Foot::tick`](pipeline::Foot::tick) once a
+//!   millisecond, whatever the sensor does.
+//! - **Everything else** moves bytes between the peripherals and [`Ports`], as slowly
+//!   as it likes. Ports are queues: short critical sections, no locks held across a wait.
+//!
+//! What a board has to bring, and no more:
+//!
+//! | it brings | for |
+//! |---|---|
+//! | an `embedded_hal_async` `SpiDevice` and `DelayNs` | [`sampling::Sensor`] |
+//! | [`sampling::Ticks`]: a timer and the captured edges | [`sampling::run`] |
+//! | a task that takes [`Ports::next_can`](ports::Ports::next_can) to the bus, one that puts what it received into [`Ports::put`](ports::Ports::put) | CAN |
+//! | the same with [`Ports::next_uart`](ports::Ports::next_uart) and a [`commands::UartReceiver`] | UART |
+//! | a task that does what [`Ports::next_request`](ports::Ports::next_request) asks for, with an `embedded_storage_async` `NorFlash` in [`storage::Storage`] | settings |
+//! | a task that feeds the watchdog where [`supervision::Progress`] says so | supervision |
+//!
+//! No allocation, no `unsafe`, no `cfg`: hosts run the same code against the simulated sensor.
 
-#![cfg_attr(target_os = "none", no_std)]
+#![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
 
+pub mod calibration;
+pub mod commands;
+pub mod imu;
+pub mod pipeline;
+pub mod ports;
+pub mod sampling;
 pub mod self_check;
+pub mod storage;
+pub mod supervision;
+pub mod telemetry;
+
+pub use pipeline::{Foot, Start};
+pub use ports::Ports;

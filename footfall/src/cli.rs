@@ -1,18 +1,22 @@
-//! The command line: `footfall replay`, and `footfall demo`, which is also what happens without
-//! a sub-command.
+//! The command line: `footfall replay`, `footfall decode`, and `footfall demo`, which is also what
+//! happens without a sub-command.
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use estimator_core::{Gravity, WindowLength};
+use wire::NodeId;
 
 use crate::config::{
     Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
 };
+use crate::decode::{self, row::write_rows};
 use crate::demo;
 use crate::error::Error;
 use crate::input::{Format, Hints, Opened};
-use crate::report::{Outputs, SummaryStyle, replay_into};
+use crate::output::write_file;
+use crate::replay::replay;
+use crate::report::{Outputs, SummaryStyle, hand_over, print};
 use crate::targets;
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
@@ -29,8 +33,12 @@ pub struct Arguments {
 pub enum Command {
     /// Replay a recording: probabilities to a table, a picture and a summary
     Replay(ReplayArguments),
-    /// Make a walking foot, sense it as an LSM6DSOX would, and replay that; needs no files
+    /// Make a walking foot with a simulated LSM6DSOX, estimate, and write that and what the foot
+    /// sends of it; needs no files
     Demo(DemoArguments),
+    /// Turn what a foot has sent, a log of candump -l or a recording of its serial line, into rows,
+    /// and report what is missing or damaged
+    Decode(DecodeArguments),
 }
 
 /// What `footfall replay` takes. Later wins: preset, configuration file, options.
@@ -70,12 +78,39 @@ pub struct ReplayArguments {
 /// What `footfall demo` takes.
 #[derive(Debug, Args)]
 pub struct DemoArguments {
-    /// Where samples.csv and plot.svg go; made where it does not exist
+    /// Where samples.csv, plot.svg, can.log and uart.bin go; made where it does not exist
     #[arg(long, value_name = "DIR", default_value = demo::DIRECTORY)]
     pub out: PathBuf,
     /// What the sensor's noise and the foot's slips are drawn from: the same seed, the same walk
     #[arg(long, default_value_t = demo::SEED)]
     pub seed: u64,
+}
+
+/// What `footfall decode` takes.
+#[derive(Debug, Args)]
+pub struct DecodeArguments {
+    /// The log or recording; which of the two it is, its contents tell
+    pub input: PathBuf,
+    /// On CAN, a node that is a foot beside those of the ids 0x11 to 0x16; may be repeated
+    #[arg(long = "node", value_name = "ID", value_parser = parse_node)]
+    pub nodes: Vec<NodeId>,
+    /// Write the rows, one per contact frame
+    #[arg(long, value_name = "OUT.csv")]
+    pub output: Option<PathBuf>,
+    /// Print the report as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A node id, decimal or with 0x hexadecimal.
+fn parse_node(text: &str) -> Result<NodeId, &'static str> {
+    let id = match text.strip_prefix("0x") {
+        Some(digits) => u8::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    id.ok()
+        .and_then(NodeId::new)
+        .ok_or("write a node id, 1 to 127 or 0x01 to 0x7F")
 }
 
 impl Default for DemoArguments {
@@ -99,6 +134,7 @@ impl Arguments {
         match command {
             Command::Replay(arguments) => arguments.run(),
             Command::Demo(DemoArguments { out, seed }) => demo::run(&out, seed),
+            Command::Decode(arguments) => arguments.run(),
         }
     }
 }
@@ -129,6 +165,7 @@ impl ReplayArguments {
             samples: None,
             estimates: self.output,
             plot: self.plot,
+            others: Vec::new(),
             summary: if self.json {
                 SummaryStyle::Json
             } else {
@@ -146,11 +183,28 @@ impl ReplayArguments {
                 (None, None) => RateOrigin::Recording,
             },
         };
-        let done = replay_into(&outputs, &loaded.recording, loaded.start_us, &params);
-        done.map_err(|error| match error {
-            Error::Params(error) => origins.explain(&error, &params).into(),
-            other => other,
-        })
+        let estimates =
+            replay(&loaded.recording, &params).map_err(|error| origins.explain(&error, &params))?;
+        hand_over(&outputs, &loaded.recording, loaded.start_us, &estimates)
+    }
+}
+
+impl DecodeArguments {
+    fn run(&self) -> Result<(), Error> {
+        targets::check(&self.input, self.output.as_deref(), None)?;
+        let decoded = decode::read(&self.input, &self.nodes)?;
+        for notice in &decoded.notices {
+            eprintln!("footfall: {notice}");
+        }
+        if let Some(path) = &self.output {
+            write_file(path, |to| write_rows(&decoded.rows, to))?;
+        }
+        let style = if self.json {
+            SummaryStyle::Json
+        } else {
+            SummaryStyle::Text
+        };
+        print(&decoded.report, style, &self.output).map_err(Error::Print)
     }
 }
 

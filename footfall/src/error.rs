@@ -6,6 +6,7 @@ use estimator_core::ParamsError;
 use thiserror::Error;
 
 use crate::config::{ConfigError, Refusal};
+use crate::decode::DecodeError;
 use crate::input::InputError;
 use crate::output::OutputError;
 
@@ -15,6 +16,9 @@ pub enum Error {
     /// The recording cannot be used.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// What was to be decoded cannot be.
+    #[error(transparent)]
+    Decode(#[from] DecodeError),
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),

@@ -11,10 +11,13 @@
 //! | results have somewhere to go | [`targets`] |
 //! | the estimator runs over it | [`replay`] |
 //! | how good that was | [`metrics`] |
+//! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
 
+pub mod can_log;
 pub mod cli;
 pub mod config;
+pub mod decode;
 pub mod demo;
 pub mod error;
 pub mod gait;
@@ -29,5 +32,6 @@ pub mod replay;
 pub mod report;
 pub mod summary;
 pub mod targets;
+pub mod transmit;
 
 pub use error::Error;

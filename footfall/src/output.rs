@@ -4,9 +4,12 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use estimator_core::{ContactEstimate, Flag, Load, Quaternion, Timestamp, Vec3};
+use estimator_core::{
+    ContactEstimate, Decision, Flag, Load, Quaternion, Timestamp, Validity, Vec3,
+};
 use thiserror::Error;
 
+use crate::input::csv::VALIDITIES;
 use crate::recording::{Label, RecordedSample};
 
 /// The header of the table of estimates.
@@ -76,7 +79,7 @@ pub enum OutputError {
 }
 
 /// The header of a recording: what [`input::csv`](crate::input::csv) reads.
-const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label";
+const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 
 /// Writes the table of estimates, one row per estimate. Numbers read back as the same f32.
 /// `start_us` is what the recording's clock says at timestamp 0, µs.
@@ -92,12 +95,12 @@ pub fn write_estimates(
     for estimate in estimates {
         write_time(estimate.timestamp, start_us, to)?;
         write_estimate(estimate, to)?;
+        writeln!(to)?;
     }
     Ok(())
 }
 
-/// Writes a recording as a `csv` that can be replayed. Numbers read back as the same f32; that a
-/// sample was saturated is lost.
+/// Writes a recording as a `csv` that can be replayed: it reads back as the same samples.
 ///
 /// # Errors
 /// What the writer reports.
@@ -111,7 +114,7 @@ pub fn write_recording(samples: &[RecordedSample], to: &mut dyn Write) -> io::Re
 }
 
 /// Writes a recording with its estimates, one per sample: the columns of [`write_recording`],
-/// then those of [`HEADER`] but its time.
+/// then those of [`HEADER`] but its time, and the debounced `decision`: `stable` or `not_stable`.
 ///
 /// # Errors
 /// What the writer reports.
@@ -120,10 +123,12 @@ pub fn write_samples(
     estimates: &[ContactEstimate],
     to: &mut dyn Write,
 ) -> io::Result<()> {
-    writeln!(to, "{RECORDING_HEADER},{}", HEADER.trim_start_matches("t,"))?;
+    let estimates_header = HEADER.trim_start_matches("t,");
+    writeln!(to, "{RECORDING_HEADER},{estimates_header},decision")?;
     for (sample, estimate) in samples.iter().zip(estimates) {
         write_sample(sample, to)?;
         write_estimate(estimate, to)?;
+        writeln!(to, ",{}", decision_name(estimate.decision))?;
     }
     Ok(())
 }
@@ -139,10 +144,17 @@ fn write_sample(sample: &RecordedSample, to: &mut dyn Write) -> io::Result<()> {
         None => write!(to, ",")?,
     }
     to.write_all(match sample.label {
-        Some(Label::Stable) => b",1",
-        Some(Label::NotStable) => b",0",
-        None => b",",
-    })
+        Some(Label::Stable) => b",1,",
+        Some(Label::NotStable) => b",0,",
+        None => b",,",
+    })?;
+    let validity = sample.imu.validity;
+    let name = VALIDITIES.into_iter().find(|(_, known)| *known == validity);
+    match name {
+        // Blank means valid.
+        Some((name, known)) if known != Validity::Valid => write!(to, "{name}"),
+        _ => Ok(()),
+    }
 }
 
 fn write_time(timestamp: Timestamp, start_us: i64, to: &mut dyn Write) -> io::Result<()> {
@@ -152,7 +164,15 @@ fn write_time(timestamp: Timestamp, start_us: i64, to: &mut dyn Write) -> io::Re
     write!(to, "{sign}{}.{:06}", size / 1_000_000, size % 1_000_000)
 }
 
-/// Everything in a row but the time.
+/// How a decision is called in tables.
+pub(crate) const fn decision_name(decision: Decision) -> &'static str {
+    match decision {
+        Decision::Stable => "stable",
+        Decision::NotStable => "not_stable",
+    }
+}
+
+/// Everything in a row of [`HEADER`] but the time.
 fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
     let p = estimate.probabilities;
     let Quaternion { w, x, y, z } = estimate.orientation;
@@ -167,7 +187,7 @@ fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<
         write!(to, ",{number}")?;
     }
     let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();
-    writeln!(to, ",{},{}", estimate.phase.name(), flags.join("|"))
+    write!(to, ",{},{}", estimate.phase.name(), flags.join("|"))
 }
 
 fn components(Vec3 { x, y, z }: Vec3) -> [f32; 3] {
@@ -235,7 +255,7 @@ mod tests {
     use super::*;
     use estimator_core::{
         AngularRate, Flags, Gravity, ImuSample, LinearAcceleration, PerAxis, Phase, Probabilities,
-        SpecificForce,
+        Saturation, SpecificForce,
     };
 
     use crate::input::{self, Format, Hints};
@@ -266,7 +286,7 @@ mod tests {
             timestamp: Timestamp::from_micros(1_500_000),
             specific_force: SpecificForce(Vec3::new(1.25, -2.25, 9.75)),
             angular_rate: AngularRate(Vec3::new(0.125, -0.375, 0.625)),
-            ..ImuSample::default()
+            validity: Validity::Saturated(Saturation::Gyroscope),
         };
         let sample = RecordedSample {
             imu,
@@ -297,9 +317,9 @@ mod tests {
             linear_acceleration: LinearAcceleration(Vec3::new(11.0, 12.0, 13.0)),
             gyro_bias: AngularRate(Vec3::new(0.01, 0.02, 0.03)),
             angular_rate: AngularRate(Vec3::new(21.0, 22.0, 23.0)),
+            decision: Decision::Stable,
             phase: Phase::Stance,
             flags: Flags::NONE.with(Flag::TimeGap),
-            ..ContactEstimate::default()
         };
         (sample, estimate)
     }
@@ -323,19 +343,19 @@ mod tests {
         write_samples(&[sample], &[estimate], &mut bytes).unwrap();
         assert_eq!(
             String::from_utf8(bytes).unwrap(),
-            "t,ax,ay,az,wx,wy,wz,force,label,\
+            "t,ax,ay,az,wx,wy,wz,force,label,validity,\
              p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags\n\
-             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags,decision\n\
+             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated,\
              0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
-             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,time_gap\n"
+             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,time_gap,stable\n"
         );
         let mut bytes = Vec::new();
         write_recording(&[sample], &mut bytes).unwrap();
         assert_eq!(
             String::from_utf8(bytes).unwrap(),
-            "t,ax,ay,az,wx,wy,wz,force,label\n\
-             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1\n"
+            "t,ax,ay,az,wx,wy,wz,force,label,validity\n\
+             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated\n"
         );
     }
 
@@ -389,11 +409,15 @@ mod tests {
 
     #[test]
     fn a_table_of_samples_reads_back_as_the_recording() {
-        let samples = [(0, None, None), (1, Some(Load(0.1)), Some(Label::Stable))];
-        let samples = samples.map(|(k, load, label)| RecordedSample {
+        let samples = [
+            (0, None, None, Validity::Saturated(Saturation::Gyroscope)),
+            (1, Some(Load(0.1)), Some(Label::Stable), Validity::Valid),
+        ];
+        let samples = samples.map(|(k, load, label, validity)| RecordedSample {
             imu: ImuSample {
                 timestamp: Timestamp::from_micros(k * 1000),
                 specific_force: SpecificForce(Vec3::new(1.0 / 3.0, -0.1, 9.81)),
+                validity,
                 ..ImuSample::default()
             },
             load,

@@ -1,15 +1,16 @@
 //! What a command hands over in the end: tables, picture, summary.
 
+use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use estimator_core::Params;
+use estimator_core::ContactEstimate;
+use serde::Serialize;
 
 use crate::error::Error;
 use crate::output::{write_estimates, write_file, write_samples};
 use crate::plot;
 use crate::recording::Recording;
-use crate::replay::replay;
 use crate::summary::Summary;
 
 /// How the summary is printed.
@@ -31,47 +32,57 @@ pub struct Outputs {
     pub estimates: Option<PathBuf>,
     /// Where the picture goes.
     pub plot: Option<PathBuf>,
+    /// What has been written already and is to be named too.
+    pub others: Vec<PathBuf>,
     /// How the summary is printed.
     pub summary: SummaryStyle,
 }
 
-/// Runs the estimator over a recording, writes the files asked for and prints the summary.
-/// `start_us` is what the recording's clock says at timestamp 0, µs.
+/// Writes the files asked for of a recording and its estimates, one per sample, and prints the
+/// summary. `start_us` is what the recording's clock says at timestamp 0, µs.
 ///
 /// # Errors
-/// The parameters are not valid, a file cannot be written, or stdout cannot.
-pub fn replay_into(
+/// A file cannot be written, or stdout cannot.
+pub fn hand_over(
     outputs: &Outputs,
     recording: &Recording,
     start_us: i64,
-    params: &Params,
+    estimates: &[ContactEstimate],
 ) -> Result<(), Error> {
-    let estimates = replay(recording, params)?;
     if let Some(path) = &outputs.samples {
-        write_file(path, |to| write_samples(&recording.samples, &estimates, to))?;
+        write_file(path, |to| write_samples(&recording.samples, estimates, to))?;
     }
     if let Some(path) = &outputs.estimates {
-        write_file(path, |to| write_estimates(&estimates, start_us, to))?;
+        write_file(path, |to| write_estimates(estimates, start_us, to))?;
     }
     if let Some(path) = &outputs.plot {
         write_file(path, |to| {
-            to.write_all(plot::svg_at(start_us, recording, &estimates)?.as_bytes())
+            to.write_all(plot::svg_at(start_us, recording, estimates)?.as_bytes())
         })?;
     }
-    print(&Summary::of(recording, &estimates), outputs).map_err(Error::Print)
+    let files = [&outputs.samples, &outputs.estimates, &outputs.plot];
+    let files = files.into_iter().flatten().chain(&outputs.others);
+    print(&Summary::of(recording, estimates), outputs.summary, files).map_err(Error::Print)
 }
 
-fn print(summary: &Summary, outputs: &Outputs) -> io::Result<()> {
+/// Prints a summary, and for a person which files were written.
+///
+/// # Errors
+/// Stdout cannot be written.
+pub fn print<'a>(
+    summary: &(impl Serialize + Display),
+    style: SummaryStyle,
+    written: impl IntoIterator<Item = &'a PathBuf>,
+) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
-    match outputs.summary {
+    match style {
         SummaryStyle::Json => {
             serde_json::to_writer_pretty(&mut stdout, summary)?;
             writeln!(stdout)?;
         }
         SummaryStyle::Text => {
             writeln!(stdout, "{summary}")?;
-            let files = [&outputs.samples, &outputs.estimates, &outputs.plot];
-            for path in files.into_iter().flatten() {
+            for path in written {
                 writeln!(stdout, "written  {}", path.display())?;
             }
         }

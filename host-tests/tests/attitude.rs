@@ -28,7 +28,6 @@ const CALIBRATED: SensorParams = SensorParams {
     accelerometer: AxisErrors {
         bias_limit: 0.0,
         drift_limit: 0.0,
-        ..SensorParams::LSM6DSOX.accelerometer
     },
     ..SensorParams::LSM6DSOX
 };

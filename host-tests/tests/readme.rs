@@ -1,6 +1,6 @@
 //! The README's picture and the figures that no other test makes.
 
-use estimator_core::Params;
+use firmware::imu::default_params;
 use footfall::gait::{Plan, SensorParams, record};
 use footfall::metrics::{Latency, Metrics, Scored};
 use footfall::recording::Recording;
@@ -15,7 +15,7 @@ fn demo_recording() -> Recording {
 #[test]
 fn the_picture_is_what_the_demo_draws() {
     let recording = demo_recording();
-    let estimates = replay(&recording, &Params::DEFAULT).expect("the preset");
+    let estimates = replay(&recording, &default_params()).expect("the preset");
     let svg = plot::svg(&recording, &estimates).expect("a picture");
     assert_current(&workspace().join("docs/demo.svg"), &svg);
 }
@@ -23,7 +23,7 @@ fn the_picture_is_what_the_demo_draws() {
 #[test]
 fn the_demos_figures_are_what_the_demo_prints() {
     let recording = demo_recording();
-    let estimates = replay(&recording, &Params::DEFAULT).expect("the preset");
+    let estimates = replay(&recording, &default_params()).expect("the preset");
     let metrics = Metrics::of(&Scored::collect(&recording.samples, &estimates)).expect("labels");
     let latency = |latency: &Latency| {
         let median_ms = latency.median_s.expect("transitions") * 1e3;

@@ -35,15 +35,22 @@ const DATA_READY_POLLS: u32 = 100;
 pub struct Lsm6dsox<SPI> {
     pub(crate) spi: SPI,
     config: Config,
+    /// What the part was last read to hold; `None` from before the first write that changes it
+    /// until all of it has been read back. Codes get their scale from here and nowhere else.
+    held: Option<Config>,
 }
 
 impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// A driver that has not touched the bus; [`init`](Self::init) comes next.
     pub const fn new(spi: SPI, config: Config) -> Self {
-        Self { spi, config }
+        Self {
+            spi,
+            config,
+            held: None,
+        }
     }
 
-    /// The configuration in use.
+    /// The configuration that [`init`](Self::init) writes.
     pub const fn config(&self) -> &Config {
         &self.config
     }
@@ -60,19 +67,21 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// The first register that does not hold what it should.
     pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
+        self.held = None;
         delay.delay_us(BOOT_MICROS).await;
         self.check_identity().await?;
         self.reset(delay).await?;
         let config = self.config;
         self.apply(&config).await?;
         delay.delay_us(TURN_ON_MICROS).await;
+        self.held = Some(config);
         Ok(())
     }
 
     /// Changes the configuration; [`init`](Self::init) with another one.
     ///
     /// # Errors
-    /// As [`init`](Self::init).
+    /// As [`init`](Self::init). There are no samples then until one of the two has succeeded.
     pub async fn reconfigure(
         &mut self,
         config: Config,
@@ -99,18 +108,41 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// back, by a dip of its supply, shows here.
     ///
     /// # Errors
-    /// [`Error::ReadBack`] with the first register that differs.
+    /// [`Error::ReadBack`] with the first register that differs. There are no samples then until
+    /// [`init`](Self::init) has succeeded.
     pub async fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
         let config = self.config;
-        self.verify_as(&config).await
+        let held = self.held.take();
+        self.verify_as(&config).await?;
+        self.held = held;
+        Ok(())
+    }
+
+    /// Reads one register of [`Config::writes`] back: a look at a time, where
+    /// [`verify`](Self::verify) would take too long.
+    ///
+    /// # Errors
+    /// [`Error::ReadBack`] where it differs.
+    pub async fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
+        let read = self.read(write.register).await?;
+        if read == write.value {
+            Ok(())
+        } else {
+            Err(Error::ReadBack {
+                register: write.register,
+                written: write.value,
+                read,
+            })
+        }
     }
 
     /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a sample.
+    /// [`Error::Status`] where what came back cannot be a sample, [`Error::Unconfigured`] where
+    /// the part is not known to hold the configuration.
     pub async fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
-        let config = self.config;
+        let config = self.held.ok_or(Error::Unconfigured)?;
         self.sample_as(&config).await
     }
 
@@ -171,11 +203,13 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// into `buffer`.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a status.
+    /// [`Error::Status`] where what came back cannot be a status, [`Error::Unconfigured`] where
+    /// the part is not known to hold the configuration.
     pub async fn read_fifo<'a>(
-        &'a mut self,
+        &mut self,
         buffer: &'a mut [WordBytes],
     ) -> Result<FifoBatch<'a>, Error<SPI::Error>> {
+        let config = self.held.ok_or(Error::Unconfigured)?;
         let status = self.fifo_status().await?;
         let count = buffer.len().min(usize::from(status.level));
         let bytes = buffer
@@ -192,15 +226,17 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         Ok(FifoBatch {
             status,
             bytes,
-            config: &self.config,
+            config,
         })
     }
 
-    /// Switches both sensors off. [`init`](Self::init) switches them on again.
+    /// Switches both sensors off. [`init`](Self::init) switches them on again; until then there
+    /// are no samples.
     ///
     /// # Errors
     /// [`Error::ReadBack`] with the data rate that did not take.
     pub async fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
+        self.held = None;
         let off = |register| Write { register, value: 0 };
         for write in [off(register::CTRL1_XL), off(register::CTRL2_G)] {
             self.write(write.register, write.value).await?;
@@ -213,12 +249,15 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// Those of the bus and the registers; a part that fails its limits is a result, not an error.
+    /// After an error the part may be under a test signal: there are no samples until
+    /// [`init`](Self::init) has succeeded.
     pub async fn self_test(
         &mut self,
         delay: &mut impl DelayNs,
     ) -> Result<SelfTest, Error<SPI::Error>> {
         let accel = ctrl5_c::ST_XL.place(self_test::ST_XL_NEGATIVE);
         let gyro = ctrl5_c::ST_G.place(self_test::ST_G_POSITIVE);
+        self.held = None;
         self.check_identity().await?;
         let (off, on) = self
             .test_signal(&Config::ACCEL_SELF_TEST, accel, delay)
@@ -283,7 +322,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
-        let written = register::CTRL3_C.reset | ctrl3_c::SW_RESET.flag(true);
+        let written = register::CTRL3_C.reset | ctrl3_c::SW_RESET.mask();
         self.write(register::CTRL3_C, written).await?;
         let mut read = written;
         for _ in 0..RESET_POLLS {
@@ -308,19 +347,6 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
             self.check(write).await?;
         }
         Ok(())
-    }
-
-    async fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
-        let read = self.read(write.register).await?;
-        if read == write.value {
-            Ok(())
-        } else {
-            Err(Error::ReadBack {
-                register: write.register,
-                written: write.value,
-                read,
-            })
-        }
     }
 
     async fn sample_as(&mut self, config: &Config) -> Result<RawSample, Error<SPI::Error>> {

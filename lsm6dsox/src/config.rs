@@ -258,23 +258,23 @@ impl Config {
         let (watermark, bdr_xl, bdr_gy, mode) = self.fifo();
         let [watermark_low, watermark_high] = watermark.to_le_bytes();
         let (lpf1, ftype) = match gyro.filter {
-            GyroFilter::Lpf2 => (false, 0),
-            GyroFilter::Lpf1(ftype) => (true, ftype.code()),
+            GyroFilter::Lpf2 => (0, 0),
+            GyroFilter::Lpf1(ftype) => (1, ftype.code()),
         };
         let low_power = matches!(accel.odr, Odr::Hz1_6);
         let fs_125 = matches!(gyro.full_scale, GyroFullScale::Dps125);
         [
             write(
                 register::CTRL9_XL,
-                register::CTRL9_XL.reset | ctrl9_xl::I3C_DISABLE.flag(true),
+                register::CTRL9_XL.reset | ctrl9_xl::I3C_DISABLE.mask(),
             ),
             write(
                 register::CTRL4_C,
-                ctrl4_c::I2C_DISABLE.flag(true) | ctrl4_c::LPF1_SEL_G.flag(lpf1),
+                ctrl4_c::I2C_DISABLE.mask() | ctrl4_c::LPF1_SEL_G.place(lpf1),
             ),
             write(
                 register::CTRL3_C,
-                ctrl3_c::IF_INC.flag(true) | ctrl3_c::BDU.flag(block_data_update),
+                ctrl3_c::IF_INC.mask() | ctrl3_c::BDU.place(block_data_update as u8),
             ),
             write(register::I3C_BUS_AVB, 0),
             write(register::COUNTER_BDR_REG1, pulsed),
@@ -282,13 +282,16 @@ impl Config {
             write(register::INT2_CTRL, int2),
             write(
                 register::CTRL6_C,
-                ctrl6_c::FTYPE.place(ftype) | ctrl6_c::XL_HM_MODE.flag(low_power),
+                ctrl6_c::FTYPE.place(ftype) | ctrl6_c::XL_HM_MODE.place(low_power as u8),
             ),
             write(
                 register::CTRL8_XL,
                 ctrl8_xl::HPCF_XL.place(accel.filter.code()),
             ),
-            write(register::CTRL10_C, ctrl10_c::TIMESTAMP_EN.flag(timestamp)),
+            write(
+                register::CTRL10_C,
+                ctrl10_c::TIMESTAMP_EN.place(timestamp as u8),
+            ),
             write(register::FIFO_CTRL1, fifo_ctrl1::WTM.place(watermark_low)),
             write(register::FIFO_CTRL2, fifo_ctrl2::WTM8.place(watermark_high)),
             write(
@@ -300,13 +303,13 @@ impl Config {
                 register::CTRL2_G,
                 ctrl2_g::ODR_G.place(gyro.odr.code())
                     | ctrl2_g::FS_G.place(gyro.full_scale.code())
-                    | ctrl2_g::FS_125.flag(fs_125),
+                    | ctrl2_g::FS_125.place(fs_125 as u8),
             ),
             write(
                 register::CTRL1_XL,
                 ctrl1_xl::ODR_XL.place(accel.odr.code())
                     | ctrl1_xl::FS_XL.place(accel.full_scale.code())
-                    | ctrl1_xl::LPF2_XL_EN.flag(accel.filter.uses_lpf2()),
+                    | ctrl1_xl::LPF2_XL_EN.place(accel.filter.uses_lpf2() as u8),
             ),
         ]
     }
@@ -315,7 +318,10 @@ impl Config {
     const fn pins(&self) -> (u8, u8, u8) {
         let (mut pulsed, mut int1, mut int2) = (0, 0, 0);
         if let Some(DataReady { sensor, pin, mode }) = self.params.data_ready {
-            pulsed = counter_bdr_reg1::DATAREADY_PULSED.flag(matches!(mode, DataReadyMode::Pulsed));
+            pulsed = match mode {
+                DataReadyMode::Pulsed => counter_bdr_reg1::DATAREADY_PULSED.mask(),
+                DataReadyMode::Latched => 0,
+            };
             match (pin, sensor) {
                 (Pin::Int1, Sensor::Accel) => int1 |= int1_ctrl::DRDY_XL.mask(),
                 (Pin::Int1, Sensor::Gyro) => int1 |= int1_ctrl::DRDY_G.mask(),

@@ -10,7 +10,7 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::{ErrorType, MODE_3, Mode, Operation, SpiDevice};
 
 use crate::asynch;
-use crate::config::Config;
+use crate::config::{Config, Write};
 use crate::error::Error;
 use crate::fifo::{FifoBatch, FifoStatus, WordBytes};
 use crate::sample::{RawSample, Status};
@@ -79,7 +79,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         }
     }
 
-    /// The configuration in use.
+    /// The configuration that [`init`](Self::init) writes.
     pub const fn config(&self) -> &Config {
         self.inner.config()
     }
@@ -102,7 +102,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Changes the configuration; [`init`](Self::init) with another one.
     ///
     /// # Errors
-    /// As [`init`](Self::init).
+    /// As [`init`](Self::init). There are no samples then until one of the two has succeeded.
     pub fn reconfigure(
         &mut self,
         config: Config,
@@ -123,15 +123,26 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// back, by a dip of its supply, shows here.
     ///
     /// # Errors
-    /// [`Error::ReadBack`] with the first register that differs.
+    /// [`Error::ReadBack`] with the first register that differs. There are no samples then until
+    /// [`init`](Self::init) has succeeded.
     pub fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
         at_once(self.inner.verify())
+    }
+
+    /// Reads one register of [`Config::writes`] back: a look at a time, where
+    /// [`verify`](Self::verify) would take too long.
+    ///
+    /// # Errors
+    /// [`Error::ReadBack`] where it differs.
+    pub fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
+        at_once(self.inner.check(write))
     }
 
     /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a sample.
+    /// [`Error::Status`] where what came back cannot be a sample, [`Error::Unconfigured`] where
+    /// the part is not known to hold the configuration.
     pub fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
         at_once(self.inner.sample())
     }
@@ -180,15 +191,17 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// into `buffer`.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a status.
+    /// [`Error::Status`] where what came back cannot be a status, [`Error::Unconfigured`] where
+    /// the part is not known to hold the configuration.
     pub fn read_fifo<'a>(
-        &'a mut self,
+        &mut self,
         buffer: &'a mut [WordBytes],
     ) -> Result<FifoBatch<'a>, Error<SPI::Error>> {
         at_once(self.inner.read_fifo(buffer))
     }
 
-    /// Switches both sensors off. [`init`](Self::init) switches them on again.
+    /// Switches both sensors off. [`init`](Self::init) switches them on again; until then there
+    /// are no samples.
     ///
     /// # Errors
     /// [`Error::ReadBack`] with the data rate that did not take.
@@ -200,6 +213,8 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// Those of the bus and the registers; a part that fails its limits is a result, not an error.
+    /// After an error the part may be under a test signal: there are no samples until
+    /// [`init`](Self::init) has succeeded.
     pub fn self_test(&mut self, delay: &mut impl DelayNs) -> Result<SelfTest, Error<SPI::Error>> {
         at_once(self.inner.self_test(&mut AtOnce(delay)))
     }

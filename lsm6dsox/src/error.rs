@@ -46,6 +46,9 @@ pub enum Error<E> {
         /// `STATUS_REG` as it was read last.
         read: u8,
     },
+    /// The part is not known to hold the configuration, so that its codes have no scale: it was
+    /// not brought up, was switched off, or an init, a check or a self-test has failed since.
+    Unconfigured,
 }
 
 impl<E> From<E> for Error<E> {
@@ -84,6 +87,10 @@ impl<E: fmt::Debug> fmt::Display for Error<E> {
             Self::DataReadyTimeout { read } => write!(
                 f,
                 "STATUS_REG (0x1E): reads 0x{read:02X}, no new sample in time"
+            ),
+            Self::Unconfigured => write!(
+                f,
+                "the part is not known to hold the configuration, init comes first"
             ),
         }
     }
@@ -128,6 +135,10 @@ mod tests {
             (
                 Error::DataReadyTimeout { read: 0x00 },
                 "STATUS_REG (0x1E): reads 0x00, no new sample in time",
+            ),
+            (
+                Error::Unconfigured,
+                "the part is not known to hold the configuration, init comes first",
             ),
             (Error::Bus("overrun"), "bus: \"overrun\""),
         ];

@@ -165,7 +165,7 @@ pub struct FifoBatch<'a> {
     pub status: FifoStatus,
     /// The words as they came, oldest first.
     pub bytes: &'a [WordBytes],
-    pub(crate) config: &'a Config,
+    pub(crate) config: Config,
 }
 
 impl FifoBatch<'_> {
@@ -173,7 +173,7 @@ impl FifoBatch<'_> {
     pub fn words(&self) -> impl Iterator<Item = Result<FifoWord, TagParityError>> {
         self.bytes
             .iter()
-            .map(|bytes| FifoWord::decode(*bytes, self.config))
+            .map(|bytes| FifoWord::decode(*bytes, &self.config))
     }
 }
 

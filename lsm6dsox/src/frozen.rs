@@ -39,6 +39,13 @@ impl FrozenDetector {
         }
         self.repeats >= Self::REPEATS
     }
+
+    /// How often in a row the last sample has come by now, beyond the first time: for whoever
+    /// cannot wait for [`REPEATS`](Self::REPEATS) of them.
+    #[must_use]
+    pub const fn repeats(&self) -> u16 {
+        self.repeats
+    }
 }
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ sensor.init(&mut part.delay())?;
 
 part.advance_by(1_000_000); // A millisecond passes: the next tick of the timer.
 let sample = sensor.sample()?.to_si();
-assert!(sample.accel_fresh && sample.gyro_fresh && !sample.saturated);
+assert!(sample.accel_fresh && sample.gyro_fresh && !sample.accel_saturated);
 assert!((sample.specific_force[2] - 9.81).abs() < 0.2);
 # Ok::<(), lsm6dsox::Error<core::convert::Infallible>>(())
 ```
@@ -77,7 +77,9 @@ pub mod setting;
 pub mod sim;
 pub mod timestamp;
 
-pub use config::{AccelParams, Config, DataReady, FifoParams, GyroParams, Params, ParamsError};
+pub use config::{
+    AccelParams, Config, DataReady, FifoParams, GyroParams, Params, ParamsError, Write,
+};
 pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE};
 pub use error::Error;
 pub use fifo::{FifoBatch, FifoData, FifoStatus, FifoWord, TagParityError, WordBytes};

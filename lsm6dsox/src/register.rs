@@ -66,12 +66,6 @@ impl Field {
         (value << self.low) & self.mask()
     }
 
-    /// The field's bits where `set`, else nothing.
-    #[must_use]
-    pub const fn flag(self, set: bool) -> u8 {
-        if set { self.mask() } else { 0 }
-    }
-
     /// The field's value in the register's `value`.
     #[must_use]
     pub const fn of(self, value: u8) -> u8 {

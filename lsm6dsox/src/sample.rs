@@ -124,7 +124,8 @@ impl RawSample {
             temperature: self.temperature.to_celsius(),
             accel_fresh: self.status.accel_fresh(),
             gyro_fresh: self.status.gyro_fresh(),
-            saturated: self.is_saturated(),
+            accel_saturated: self.specific_force.is_saturated(),
+            gyro_saturated: self.angular_rate.is_saturated(),
         }
     }
 }
@@ -143,8 +144,10 @@ pub struct Sample {
     pub accel_fresh: bool,
     /// The angular rate has not been read before.
     pub gyro_fresh: bool,
-    /// An axis is at the end of its range.
-    pub saturated: bool,
+    /// An axis of the accelerometer is at the end of its range.
+    pub accel_saturated: bool,
+    /// An axis of the gyroscope is at the end of its range.
+    pub gyro_saturated: bool,
 }
 
 #[cfg(test)]
@@ -200,11 +203,12 @@ mod tests {
     }
 
     #[test]
-    fn one_axis_at_the_end_of_its_range_flags_the_sample() {
+    fn one_axis_at_the_end_of_its_range_flags_its_sensor() {
         let mut bytes = BYTES;
         [bytes[14], bytes[15]] = i16::MIN.to_le_bytes();
         let raw = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).unwrap();
         assert_eq!(raw.specific_force.saturated(), [false, false, true]);
-        assert!(raw.to_si().saturated);
+        let sample = raw.to_si();
+        assert!(sample.accel_saturated && !sample.gyro_saturated && raw.is_saturated());
     }
 }

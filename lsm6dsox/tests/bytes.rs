@@ -1,6 +1,6 @@
 //! The exact bytes on the bus, fixed against a mock.
 
-use embedded_hal_mock::eh1::delay::NoopDelay;
+use embedded_hal_mock::eh1::delay::{CheckedDelay, NoopDelay, Transaction as Delay};
 use embedded_hal_mock::eh1::spi::{Mock, Transaction};
 use lsm6dsox::{Config, Error, Lsm6dsox, register};
 
@@ -54,14 +54,122 @@ fn init_until_written() -> Vec<Transaction<u8>> {
     bytes
 }
 
-#[test]
-fn init_is_identity_reset_configuration_and_its_reading_back() {
+fn init() -> Vec<Transaction<u8>> {
     let mut bytes = init_until_written();
     bytes.extend(PRESET.into_iter().flat_map(|(a, v)| read(a, v)));
+    bytes
+}
+
+/// The self-test's configurations: the preset's registers with other values.
+const ACCEL_SELF_TEST: [(u8, u8); 7] = [
+    (0x13, 0x04), // CTRL4_C: I²C off
+    (0x0B, 0x00),
+    (0x0D, 0x00),
+    (0x17, 0x00),
+    (0x19, 0x00),
+    (0x11, 0x0C), // CTRL2_G: off
+    (0x10, 0x38), // CTRL1_XL: 52 Hz, ±4 g
+];
+const GYRO_SELF_TEST: [(u8, u8); 7] = [
+    (0x13, 0x04),
+    (0x0B, 0x00),
+    (0x0D, 0x00),
+    (0x17, 0x00),
+    (0x19, 0x00),
+    (0x11, 0x5C), // CTRL2_G: 208 Hz, ±2000 °/s
+    (0x10, 0x08), // CTRL1_XL: off
+];
+
+/// A fresh sample with a code for every axis.
+fn sample(code: i16) -> Vec<Transaction<u8>> {
+    sample_with_status(0x03, code)
+}
+
+fn sample_with_status(status: u8, code: i16) -> Vec<Transaction<u8>> {
+    let mut out = [0; 17];
+    out[0] = 0x9E;
+    let back = [0, status, 0, 0, 0].into_iter();
+    let codes = [code.to_le_bytes(); 6].into_iter().flatten();
+    frame(&out, &back.chain(codes).collect::<Vec<_>>())
+}
+
+/// Half of ST's procedure: samples without the test signal and with it, and the signal off again.
+fn test_signal(changes: &[(u8, u8)], signal: u8, change: i16) -> Vec<Transaction<u8>> {
+    let configuration = PRESET.map(|(address, value)| {
+        let other = changes.iter().find(|(changed, _)| *changed == address);
+        (address, other.map_or(value, |(_, other)| *other))
+    });
+    let mut bytes = write(0x12, 0x05);
+    bytes.extend(read(0x12, 0x04));
+    bytes.extend(configuration.into_iter().flat_map(|(a, v)| write(a, v)));
+    bytes.extend(configuration.into_iter().flat_map(|(a, v)| read(a, v)));
+    // One is thrown away, a stale one is waited for, five count.
+    bytes.extend(sample(i16::MAX));
+    bytes.extend(sample_with_status(0x04, i16::MIN));
+    bytes.extend([10, 20, 30, 40, 50].into_iter().flat_map(sample));
+    bytes.extend(write(0x14, signal));
+    bytes.extend(sample(i16::MIN));
+    let codes = [50, 40, 30, 20, 10].map(|code| code + change);
+    bytes.extend(codes.into_iter().flat_map(sample));
+    bytes.extend(write(0x14, 0x00));
+    bytes
+}
+
+#[test]
+fn the_self_test_is_sts_procedure_and_then_init() {
+    let mut bytes = read(0x0F, 0x6C);
+    // ST_XL negative; ST_G positive.
+    bytes.extend(test_signal(&ACCEL_SELF_TEST, 0x02, -4000));
+    bytes.extend(test_signal(&GYRO_SELF_TEST, 0x04, 5000));
+    bytes.extend(init());
     let mut spi = Mock::new(&bytes);
+    let half = [
+        Delay::delay_us(100),
+        Delay::delay_ms(100),
+        Delay::delay_ms(1),
+        Delay::delay_ms(100),
+    ];
+    let mut delay = CheckedDelay::new(&[&half[..], &half, &init_delays()].concat());
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    let result = sensor.self_test(&mut delay).unwrap();
+    // 0.122 mg and 70 m°/s a code.
+    for force in result.specific_force {
+        assert!((force - 4.0 * 0.122 * 9.806_65).abs() < 1e-4, "{force}");
+    }
+    for rate in result.angular_rate {
+        assert!((rate - 350.0_f32.to_radians()).abs() < 1e-4, "{rate}");
+    }
+    assert!(result.passed());
+    spi.done();
+    delay.done();
+}
+
+/// Boot, two looks at the reset, and the gyroscope's turn-on.
+fn init_delays() -> Vec<Delay> {
+    [10_000, 100, 100, 35_000].map(Delay::delay_us).to_vec()
+}
+
+#[test]
+fn init_waits_for_the_boot_and_for_the_turn_on() {
+    let mut spi = Mock::new(&init());
+    let mut delay = CheckedDelay::new(&init_delays());
+    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    assert_eq!(sensor.init(&mut delay), Ok(()));
+    spi.done();
+    delay.done();
+}
+
+/// A driver that has brought the part up, before the given bytes.
+fn brought_up(bytes: Vec<Transaction<u8>>) -> (Mock<u8>, Lsm6dsox<Mock<u8>>) {
+    let spi = Mock::new(&[init(), bytes].concat());
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
     assert_eq!(sensor.init(&mut NoopDelay::new()), Ok(()));
-    spi.done();
+    (spi, sensor)
+}
+
+#[test]
+fn init_is_identity_reset_configuration_and_its_reading_back() {
+    brought_up(Vec::new()).0.done();
 }
 
 #[test]
@@ -122,8 +230,7 @@ fn a_sample_is_one_transfer_of_seventeen_bytes() {
         0x10, 0x00, 0xF0, 0xFF, 0x00, 0x02,
         0x01, 0x00, 0xFF, 0x7F, 0x01, 0x08,
     ];
-    let mut spi = Mock::new(&frame(&out, &back));
-    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    let (mut spi, mut sensor) = brought_up(frame(&out, &back));
     let raw = sensor.sample().unwrap();
     assert_eq!(raw.angular_rate.codes, [16, -16, 512]);
     assert_eq!(raw.specific_force.codes, [1, i16::MAX, 2049]);
@@ -145,8 +252,7 @@ fn the_fifo_is_its_status_and_one_transfer_of_words() {
         ]),
         Transaction::transaction_end(),
     ]);
-    let mut spi = Mock::new(&bytes);
-    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
+    let (mut spi, mut sensor) = brought_up(bytes);
     let mut buffer = [[0; 7]; 8];
     let batch = sensor.read_fifo(&mut buffer).unwrap();
     assert!(batch.status.watermark && !batch.status.overrun);

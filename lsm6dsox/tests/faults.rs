@@ -181,7 +181,8 @@ fn saturated_codes_are_flagged_and_not_hidden() {
     assert_eq!(raw.specific_force.saturated(), [true; 3]);
     assert_eq!(raw.angular_rate.saturated(), [true; 3]);
     let sample = raw.to_si();
-    assert!(sample.saturated && sample.specific_force[0] > 156.0);
+    assert!(sample.accel_saturated && sample.gyro_saturated);
+    assert!(sample.specific_force[0] > 156.0);
 }
 
 #[test]

@@ -6,11 +6,13 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use common::{QUIET, at_rest, part, sensor};
+use embedded_hal::spi::SpiDevice as _;
+use lsm6dsox::register::Register;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
-use lsm6dsox::sim::{Interpolation, Part, PartOptions, Recording, Stimulus};
+use lsm6dsox::sim::{Fault, Interpolation, Part, PartOptions, Recording, SharedPart, Stimulus};
 use lsm6dsox::{
     AccelFilter, AccelFullScale, Config, DataReady, DataReadyMode, FifoData, FifoParams,
-    GyroFilter, GyroFullScale, Lsm6dsox, Odr, Params, Pin, SelfTest, Sensor,
+    FifoStatus, GyroFilter, GyroFullScale, Lsm6dsox, Odr, Params, Pin, SelfTest, Sensor, register,
 };
 
 const MILLISECOND: u64 = 1_000_000;
@@ -57,7 +59,7 @@ fn what_is_felt_is_what_is_read_at_every_full_scale() {
                 assert!(rate.abs() <= 0.51 * gyro_step, "{gyro:?} {axis}");
             }
             assert_eq!(sample.temperature, 31.5);
-            assert!(!sample.saturated);
+            assert!(!sample.accel_saturated && !sample.gyro_saturated);
         }
     }
 }
@@ -428,10 +430,11 @@ fn an_axis_that_does_not_answer_the_test_signal_fails_by_name() {
 fn a_part_powered_down_gives_nothing_new_until_it_is_brought_up_again() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    sensor.power_down().unwrap();
     sensor.sample().unwrap();
+    sensor.power_down().unwrap();
     part.advance_by(100 * MILLISECOND);
-    assert!(!sensor.sample().unwrap().is_fresh());
+    let status = sensor.status().unwrap();
+    assert!(!status.accel_fresh() && !status.gyro_fresh());
     sensor.init(&mut part.delay()).unwrap();
     part.advance_by(MILLISECOND);
     assert!(sensor.sample().unwrap().is_fresh());
@@ -491,4 +494,97 @@ fn nothing_answers_before_the_part_has_booted() {
     assert!(sensor.check_identity().is_err());
     part.advance_by(10 * MILLISECOND);
     assert!(sensor.check_identity().is_ok());
+}
+
+#[test]
+fn offsets_are_those_of_25_degrees_and_drift_with_every_degree_away_from_it() {
+    let options = PartOptions {
+        accel_bias: [0.2, 0.0, -0.1],
+        gyro_bias: [0.0, 0.01, 0.0],
+        accel_drift: [0.0, 0.01, -0.02],
+        gyro_drift: [0.001, 0.0, -0.002],
+        ..QUIET
+    };
+    let read = |temperature: f64| {
+        let stimulus = Stimulus {
+            temperature,
+            ..Stimulus::REST
+        };
+        let part = Part::with_options(move |_: f64| stimulus, options).shared();
+        let raw = sensor(&part, Config::FRESH_KILOHERTZ).sample().unwrap();
+        let sample = raw.to_si();
+        assert_eq!(f64::from(sample.temperature), temperature);
+        let accel = sample.specific_force.map(f64::from);
+        (accel, sample.angular_rate.map(f64::from))
+    };
+    for (temperature, accel, gyro) in [
+        (25.0, [0.2, 0.0, 9.706_65], [0.0, 0.01, 0.0]),
+        (45.0, [0.2, 0.2, 9.306_65], [0.02, 0.01, -0.04]),
+        (5.0, [0.2, -0.2, 10.106_65], [-0.02, 0.01, 0.04]),
+    ] {
+        let (force, rate) = read(temperature);
+        // Half a code is 2.4 mm/s² and 0.61 mrad/s.
+        for axis in 0..3 {
+            let at = format!("axis {axis} at {temperature} °C");
+            assert!((force[axis] - accel[axis]).abs() < 0.002_5, "{at}");
+            assert!((rate[axis] - gyro[axis]).abs() < 0.000_65, "{at}");
+        }
+    }
+}
+
+/// A register as the bus gives it.
+fn register(part: &SharedPart, register: Register) -> u8 {
+    let mut frame = [register.read_address(), 0];
+    part.spi().transfer_in_place(&mut frame).unwrap();
+    frame[1]
+}
+
+fn write(part: &SharedPart, register: Register, value: u8) {
+    part.spi().write(&[register.address, value]).unwrap();
+}
+
+#[test]
+fn sensors_switched_on_give_their_first_samples_after_their_turn_on() {
+    for (ctrl, odr, fresh, turn_on) in [
+        (register::CTRL2_G, 0xA0, 0x02, 35 * MILLISECOND),
+        (register::CTRL1_XL, 0xA0, 0x01, 5 * MILLISECOND),
+    ] {
+        let part = part(QUIET);
+        part.advance_by(10 * MILLISECOND);
+        write(&part, ctrl, odr);
+        part.advance_by(turn_on - 1);
+        assert_eq!(register(&part, register::STATUS_REG) & 0x03, 0);
+        // Within a sample's time.
+        part.advance_by(150_001);
+        assert_eq!(register(&part, register::STATUS_REG) & 0x03, fresh);
+    }
+}
+
+#[test]
+fn a_reset_empties_the_fifo_and_stops_the_timestamp() {
+    let resets: [fn(&SharedPart); 3] = [
+        |part| write(part, register::CTRL3_C, 0x05),
+        |part| write(part, register::CTRL3_C, 0x84),
+        |part| part.inject(Fault::Reset),
+    ];
+    for reset in resets {
+        let part = part(QUIET);
+        let params = Params {
+            fifo: Some(FIFO),
+            ..Params::FRESH_KILOHERTZ
+        };
+        let mut sensor = sensor(&part, params.validate().unwrap());
+        part.advance_by(100 * MILLISECOND);
+        assert!(sensor.timestamp().unwrap().0 > 4_000);
+        reset(&part);
+        part.advance_by(10 * MILLISECOND);
+        assert_eq!(sensor.fifo_status(), Ok(FifoStatus::default()));
+        assert_eq!(sensor.timestamp().unwrap().0, 0);
+        assert!(!sensor.status().unwrap().gyro_fresh());
+        // Switched on again it counts from there.
+        write(&part, register::CTRL10_C, 0x20);
+        part.advance_by(MILLISECOND);
+        let steps = sensor.timestamp().unwrap().0;
+        assert!((39..=41).contains(&steps), "{steps}");
+    }
 }

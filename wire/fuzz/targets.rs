@@ -5,7 +5,9 @@ use estimator_core::{ContactEstimate, Decision, Phase, Timestamp};
 use wire::node::Command;
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, Rate, Status};
 use wire::uart::{Decoder, MAX_FRAME, Message, encode};
-use wire::{CanFrame, Counters, Emergency, Event, Fault, Node, Settings, Value, dictionary, fd};
+use wire::{
+    BootCause, CanFrame, Counters, Emergency, Event, Fault, Node, Settings, Value, dictionary, fd,
+};
 
 /// A target: its name, and what it runs.
 pub type Target = (&'static str, fn(&[u8]));
@@ -54,7 +56,7 @@ pub fn frames(data: &[u8]) {
 /// says what it is, so that few are wasted.
 pub fn node(data: &[u8]) {
     let mut node = Node::new(Settings::default(), 0x1234_5678);
-    node.boot();
+    node.boot(BootCause::PowerUp);
     let mut micros = 0;
     for piece in data.chunks(9) {
         let Some((&kind, payload)) = piece.split_first() else {
@@ -80,7 +82,7 @@ pub fn node(data: &[u8]) {
                 node.finish(Ok(()));
             }
             Some(Event::ResetNode | Event::ResetCommunication) => {
-                node.boot();
+                node.boot(BootCause::Commanded);
             }
             _ => {}
         }
@@ -97,7 +99,7 @@ pub fn node(data: &[u8]) {
                 sent += 1;
             },
         );
-        assert!(sent <= 9);
+        assert!(sent <= 10);
     }
     // Whatever was written, the settings are ones the estimator takes.
     assert!(node.settings().params().validate::<256>().is_ok());

@@ -56,11 +56,13 @@ pub enum Fault {
     UartOverrun,
     /// The calibration found no usable steps.
     CalibrationFailed,
+    /// The load over RPDO1 has stayed away.
+    PdoTimeout,
 }
 
 impl Fault {
     /// All faults, in the order of their numbers.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::SensorSilent,
         Self::SensorFrozen,
         Self::SensorWrongId,
@@ -83,6 +85,7 @@ impl Fault {
         Self::PdoLength,
         Self::UartOverrun,
         Self::CalibrationFailed,
+        Self::PdoTimeout,
     ];
 
     /// The emergency code. The first digits are the class CiA 301 gives it (table 26): 5 hardware,
@@ -113,6 +116,7 @@ impl Fault {
             Self::PdoLength => 0x8210,
             Self::UartOverrun => 0x81F0,
             Self::CalibrationFailed => 0xFF01,
+            Self::PdoTimeout => 0x8250,
         }
     }
 
@@ -142,6 +146,7 @@ impl Fault {
             Self::PdoLength => "received PDO has a wrong length",
             Self::UartOverrun => "UART overrun",
             Self::CalibrationFailed => "calibration failed",
+            Self::PdoTimeout => "received PDO has stayed away",
         }
     }
 
@@ -162,6 +167,7 @@ impl Fault {
             Self::CanErrorPassive => "receive and transmit error counter, from the lowest byte",
             Self::CanBusOff => "recoveries so far",
             Self::PdoLength => "bytes received",
+            Self::PdoTimeout => "event timer, ms",
             Self::ConfigCorrupted | Self::ConfigStore => "index and sub-index, or 0",
             Self::CalibrationFailed => "steps found",
             Self::CrystalMissing | Self::WatchdogReset => "0",
@@ -188,6 +194,7 @@ impl Fault {
             | Self::CanErrorPassive
             | Self::CanBusOff
             | Self::PdoLength
+            | Self::PdoTimeout
             | Self::UartOverrun => ErrorRegister::COMMUNICATION,
             _ => ErrorRegister::MANUFACTURER,
         }
@@ -283,7 +290,8 @@ pub struct Emergency {
     pub code: u16,
     /// The error register after the change.
     pub register: u8,
-    /// The fault it is about; `None` for a number this version does not know.
+    /// The fault it is about; `None` where this version does not know it: a number without a
+    /// fault, or one that does not go with the code.
     pub fault: Option<Fault>,
     /// What [`Fault::detail`] says.
     pub detail: u32,
@@ -329,10 +337,11 @@ impl Emergency {
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
         let [code_low, code_high, register, number, a, b, c, d] = *bytes;
+        let code = u16::from_le_bytes([code_low, code_high]);
         Self {
-            code: u16::from_le_bytes([code_low, code_high]),
+            code,
             register,
-            fault: Fault::from_number(number),
+            fault: Fault::from_number(number).filter(|fault| code == 0 || fault.code() == code),
             detail: u32::from_le_bytes([a, b, c, d]),
         }
     }
@@ -360,6 +369,24 @@ mod tests {
             let emergency = Emergency::raised(fault, 0xDEAD_BEEF, Faults::NONE);
             assert_eq!(Emergency::decode(&emergency.encode()), emergency);
         }
+    }
+
+    #[test]
+    fn a_number_that_does_not_go_with_the_code_is_no_fault() {
+        let mut bytes = Emergency::raised(Fault::LateTick, 0, Faults::NONE).encode();
+        bytes[3] = Fault::SensorSilent.number();
+        let emergency = Emergency::decode(&bytes);
+        assert_eq!((emergency.code, emergency.fault), (0x6104, None));
+        bytes[..2].fill(0);
+        let cleared = Emergency::decode(&bytes);
+        assert_eq!(cleared.fault, Some(Fault::SensorSilent));
+    }
+
+    #[test]
+    fn bits_without_a_fault_are_dropped() {
+        let all = Fault::ALL.into_iter().fold(Faults::NONE, Faults::with);
+        assert_eq!(Faults::from_bits(u32::MAX), all);
+        assert_eq!(Faults::from_bits(1 << 31), Faults::NONE);
     }
 
     #[test]

@@ -13,13 +13,13 @@
 //! | 30 to 35 | angular rate, as in TPDO5 |
 //! | 36 to 41 | gyroscope bias, as in TPDO6 |
 //! | 42, 43 | the sensor's temperature, as in TPDO6 |
-//! | 44 to 47 | the sample's time, µs modulo 2³² |
+//! | 44 to 47 | the sample's time, 10 µs, modulo 2³²; its low 16 bits are the time of TPDO1 |
 
 use estimator_core::{ContactEstimate, PerAxis};
 
 use crate::bytes::{Reader, Writer};
 use crate::fault::Faults;
-use crate::pdo::{Acceleration, Attitude, Axes, Bias, Contact, P8, Quantity, Rate};
+use crate::pdo::{Acceleration, Attitude, Axes, Bias, Contact, LongTime, P8, Quantity, Rate};
 
 /// The frame's length, one of those CAN FD has.
 pub const LENGTH: usize = 48;
@@ -43,8 +43,8 @@ pub struct Sample {
     pub rate: [Quantity; 3],
     /// What TPDO6 holds.
     pub bias: Bias,
-    /// When the sample was acquired, µs modulo 2³².
-    pub timestamp_us: u32,
+    /// When the sample was acquired.
+    pub timestamp: LongTime,
 }
 
 impl Sample {
@@ -56,11 +56,11 @@ impl Sample {
             axes: Axes::new(estimate, faults).probabilities,
             flags: estimate.flags.bits(),
             register: faults.register(),
-            attitude: Attitude::new(estimate),
-            acceleration: Acceleration::new(estimate).codes,
-            rate: Rate::new(estimate).codes,
-            bias: Bias::new(estimate, temperature),
-            timestamp_us: estimate.timestamp.as_micros() as u32,
+            attitude: Attitude::new(estimate, faults),
+            acceleration: Acceleration::new(estimate, faults).codes,
+            rate: Rate::new(estimate, faults).codes,
+            bias: Bias::new(estimate, temperature, faults),
+            timestamp: estimate.timestamp.into(),
         }
     }
 
@@ -80,7 +80,7 @@ impl Sample {
             writer.i16(code.0);
         }
         writer.bytes(&self.bias.encode());
-        writer.u32(self.timestamp_us);
+        writer.u32(self.timestamp.0);
         bytes
     }
 
@@ -107,7 +107,7 @@ impl Sample {
             acceleration: [ax, ay, az],
             rate: [wx, wy, wz],
             bias,
-            timestamp_us: reader.u32()?,
+            timestamp: LongTime(reader.u32()?),
         };
         reader.finish(sample)
     }
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn golden_bytes() {
         let estimate = ContactEstimate {
-            timestamp: Timestamp::from_micros(0x1_0203_0405),
+            timestamp: Timestamp::from_micros(0x1_0203_0405 * 10 + 9),
             linear_acceleration: LinearAcceleration(Vec3::new(0.01, 0.02, 0.03)),
             ..Default::default()
         };
@@ -131,6 +131,7 @@ mod tests {
         assert_eq!(bytes[16..24], [0xFF, 0x7F, 0, 0, 0, 0, 0, 0]);
         assert_eq!(bytes[24..30], [1, 0, 2, 0, 3, 0]);
         assert_eq!(bytes[42..], [100, 0, 5, 4, 3, 2]);
+        assert_eq!(sample.timestamp.short(), sample.contact.timestamp);
         assert_eq!(Sample::decode(&bytes), Some(sample));
         assert_eq!(Sample::decode(&bytes[1..]), None);
         assert_eq!(Sample::decode(&[0; 64]), None);

@@ -61,6 +61,23 @@ impl Foot {
     }
 }
 
+/// The identifiers of CiA 301's predefined connection set but for the PDOs', which
+/// [`Pdo`](crate::Pdo) and [`Load`](crate::pdo::Load) know. Those of a node are without its id.
+pub mod cob_id {
+    /// SYNC, of the whole bus.
+    pub const SYNC: u16 = 0x80;
+    /// Emergency of a node.
+    pub const EMERGENCY: u16 = 0x80;
+    /// Time stamp, of the whole bus.
+    pub const TIME: u16 = canopen_rs::time::TIME_COB_ID;
+    /// A node's SDO answers.
+    pub const SDO_RESPONSE: u16 = 0x580;
+    /// SDO requests to a node.
+    pub const SDO_REQUEST: u16 = 0x600;
+    /// Boot-up and heartbeat of a node.
+    pub const HEARTBEAT: u16 = canopen_rs::nmt::HEARTBEAT_COB_BASE;
+}
+
 /// A CANopen node id, 1 to 127.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NodeId(u8);

@@ -8,6 +8,7 @@
 //! | CAN: the process data of a foot, one file a frame | [`pdo`] |
 //! | CAN: everything of a sample in one CAN FD frame | [`fd`] |
 //! | CAN: read and write objects | [`sdo`] |
+//! | what sequence numbers say is missing | [`sequence`] |
 //! | CAN: a CANopen device out of all these | [`node`] |
 //! | faults and their emergency codes | [`fault`] |
 //! | UART: frames, and a decoder that finds its way back after any garbage | [`uart`] |
@@ -50,6 +51,7 @@ pub mod frame;
 pub mod node;
 pub mod pdo;
 pub mod sdo;
+pub mod sequence;
 pub mod settings;
 pub mod stage;
 pub mod uart;
@@ -61,7 +63,7 @@ pub use dictionary::Address;
 pub use fault::{Emergency, Fault, Faults};
 pub use foot::{Foot, NodeId};
 pub use frame::CanFrame;
-pub use node::{Event, Node, Outcome};
+pub use node::{BootCause, Event, Node, Outcome};
 pub use pdo::Pdo;
 pub use settings::Settings;
 pub use stage::Stage;

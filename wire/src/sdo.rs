@@ -288,7 +288,8 @@ impl SdoServer {
     }
 }
 
-fn wrong_length(length: usize, size: usize) -> Option<AbortCode> {
+/// Why a value of `length` bytes does not fit an object of `size` bytes.
+pub(crate) fn wrong_length(length: usize, size: usize) -> Option<AbortCode> {
     use core::cmp::Ordering::{Equal, Greater, Less};
     match length.cmp(&size) {
         Equal => None,
@@ -318,7 +319,7 @@ mod tests {
             match address.index {
                 0x2000 => Ok(Value::U32(self.0)),
                 0x2001 => Ok(Value::U8(7)),
-                0x1008 => Ok(Value::Text("nine bytes, and more")),
+                0x1008 => Ok(Value::Text(&"nine bytes, and more")),
                 _ => Err(AbortCode::NoObject),
             }
         }

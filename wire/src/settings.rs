@@ -87,6 +87,15 @@ impl Settings {
     /// There is no setting at `address`, `value` has the wrong type, is outside the limits, or
     /// does not go together with the other settings.
     pub fn set(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
+        let mut candidate = self.clone();
+        candidate.put(address, value)?;
+        candidate.check()?;
+        *self = candidate;
+        Ok(())
+    }
+
+    /// Changes a setting within its own limits, whether or not it goes together with the others.
+    fn put(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
         let (entry, slot) = find(address)?;
         if value.data_type() != entry.data_type() {
             return Err(AbortCode::Length);
@@ -97,23 +106,13 @@ impl Settings {
         {
             return Err(AbortCode::InvalidValue);
         }
-        let mut candidate = self.clone();
-        match candidate.0.get_mut(slot) {
-            Some(raw) => *raw = value.to_raw(),
-            None => return Err(AbortCode::NoObject),
-        }
-        // What one entry's limits cannot say: that the parameters fit each other.
-        candidate
-            .params()
-            .validate::<WINDOW_CAPACITY>()
-            .map_err(|_| AbortCode::Incompatible)?;
-        *self = candidate;
+        *self.0.get_mut(slot).ok_or(AbortCode::NoObject)? = value.to_raw();
         Ok(())
     }
 
     /// Every setting and its value, to be stored. What is stored is put back with
-    /// [`Settings::set`], in any order that keeps off thresholds below on thresholds; or all at
-    /// once with [`Settings::set_all`].
+    /// [`Settings::set_all`], or one by one with [`Settings::set`] in an order in which each fits
+    /// those before it.
     pub fn iter(&self) -> impl Iterator<Item = (Address, Value)> + '_ {
         dictionary::settings()
             .zip(self.0)
@@ -122,25 +121,30 @@ impl Settings {
             })
     }
 
-    /// Settings from stored ones: each value that still may be is taken, the defaults stand for
-    /// the others. The second part says how many were refused.
+    /// Settings from stored ones, in any order: each value that still may be is taken, the defaults
+    /// stand for the others. The second part says how many were refused.
     pub fn set_all(stored: impl Iterator<Item = (Address, Value)>) -> (Self, usize) {
-        let mut settings = Self::default();
+        let mut all = Self::default();
         let mut refused = 0;
-        // Thresholds may be out of order on the way there, though not in the end.
-        let mut postponed: Option<(Address, Value)> = None;
         for (address, value) in stored {
-            match settings.set(address, value) {
-                Ok(()) => {}
-                Err(AbortCode::Incompatible) if postponed.is_none() => {
-                    postponed = Some((address, value));
-                }
-                Err(_) => refused += 1,
+            refused += usize::from(all.put(address, value).is_err());
+        }
+        if all.check().is_ok() {
+            return (all, refused);
+        }
+        // Not all go together: one by one, again for those that waited for another.
+        let mut settings = Self::default();
+        for _ in 0..2 {
+            for (address, value) in all.iter() {
+                // What is refused is counted below.
+                let _ = settings.set(address, value);
             }
         }
-        if let Some((address, value)) = postponed {
-            refused += usize::from(settings.set(address, value).is_err());
-        }
+        refused += settings
+            .iter()
+            .zip(all.iter())
+            .filter(|(a, b)| a != b)
+            .count();
         (settings, refused)
     }
 
@@ -150,10 +154,14 @@ impl Settings {
         Foot::from_code(self.u8(index::FOOT, 0)).unwrap_or_default()
     }
 
-    /// The node id from the next reset on; `None`: wait for LSS.
+    /// The node id from the next reset on, that of the foot unless another is set; `None`: wait for
+    /// LSS.
     #[must_use]
     pub fn node_id(&self) -> Option<NodeId> {
-        NodeId::new(self.u8(index::NODE_ID, 0))
+        match self.u8(index::NODE_ID, 0) {
+            0 => Some(self.foot().default_node_id()),
+            id => NodeId::new(id),
+        }
     }
 
     /// CAN bit rate, bit/s.
@@ -166,6 +174,12 @@ impl Settings {
     #[must_use]
     pub fn uart_rate(&self) -> u32 {
         self.raw(index::UART_RATE, 0)
+    }
+
+    /// How long a load over RPDO1 is believed, ms; 0: for ever.
+    #[must_use]
+    pub fn load_timeout_ms(&self) -> u16 {
+        self.u16(index::RPDO, 5)
     }
 
     /// Whether the node becomes operational by itself.
@@ -217,8 +231,33 @@ impl Settings {
         }
         match self.u8(object, 2) {
             every @ 1..=240 => Trigger::Sync(every),
-            _ => Trigger::Ticks(self.u16(object, 5)),
+            _ => match self.u16(object, 5) {
+                0 => Trigger::Off,
+                period => Trigger::Ticks(period),
+            },
         }
+    }
+
+    /// The most bits a second that the foot's own streams and heartbeat take of the bus.
+    /// PDOs tied to SYNC are counted for 100 SYNCs a second.
+    #[must_use]
+    pub fn worst_load(&self) -> u32 {
+        let pdos = Pdo::ALL.into_iter().map(|pdo| match self.trigger(pdo) {
+            Trigger::Off => 0,
+            Trigger::Ticks(period) => longest_frame(8) * 1000 / u32::from(period).max(1),
+            Trigger::Sync(every) => longest_frame(8) * 100 / u32::from(every).max(1),
+        });
+        let heartbeat = longest_frame(1) * 1000;
+        let heartbeat = heartbeat.checked_div(u32::from(self.heartbeat_ms()));
+        pdos.sum::<u32>() + heartbeat.unwrap_or(0)
+    }
+
+    /// What one entry's limits cannot say: that the parameters fit each other, and the streams the
+    /// bit rate.
+    fn check(&self) -> Result<(), AbortCode> {
+        let fits = self.worst_load() <= self.can_bit_rate() / 4 * 3;
+        let valid = self.params().validate::<WINDOW_CAPACITY>().is_ok();
+        (fits && valid).then_some(()).ok_or(AbortCode::Incompatible)
     }
 
     /// Where the load comes from.
@@ -296,6 +335,15 @@ impl Settings {
             .and_then(|(_, slot)| self.0.get(slot).copied())
             .unwrap_or(0)
     }
+}
+
+/// The longest a data frame of so many bytes can be on the bus, bits: 34 bits are stuffed before the
+/// data, one more with every four bits after the first; then delimiter, acknowledgement, end of
+/// frame and the space between frames. (Davis, Burns, Bril, Lukkien: *Controller Area Network (CAN)
+/// schedulability analysis*, 2007, equation 1.)
+#[must_use]
+pub const fn longest_frame(bytes: u32) -> u32 {
+    8 * bytes + 13 + 34 + (34 + 8 * bytes - 1) / 4
 }
 
 /// The setting at an address, and its slot.
@@ -415,6 +463,68 @@ mod tests {
             (settings.foot(), settings.log_level()),
             (Foot::FrontLeft, 1)
         );
+    }
+
+    #[test]
+    fn each_foot_has_its_own_node_id_unless_another_is_set() {
+        let mut settings = Settings::default();
+        for foot in Foot::ALL {
+            let address = Address::new(index::FOOT, 0);
+            assert_eq!(settings.set(address, Value::U8(foot.code())), Ok(()));
+            assert_eq!(settings.node_id(), Some(foot.default_node_id()));
+        }
+        let id = Address::new(index::NODE_ID, 0);
+        for (set, expected) in [(0x33, NodeId::new(0x33)), (255, None)] {
+            assert_eq!(settings.set(id, Value::U8(set)), Ok(()));
+            assert_eq!(settings.node_id(), expected);
+        }
+    }
+
+    #[test]
+    fn what_is_sent_fits_the_bit_rate() {
+        let rate = Address::new(index::CAN_BIT_RATE, 0);
+        let timer = |pdo: Pdo| Address::new(index::TPDO + pdo as u16, 5);
+        let mut settings = Settings::default();
+        assert_eq!(longest_frame(8), 135);
+        // 1211 frames and two heartbeats a second.
+        assert_eq!(settings.worst_load(), 135 * 1211 + 2 * longest_frame(1));
+        for (bit_rate, result) in [
+            (500, Ok(())),
+            (250, Ok(())),
+            (125, Err(AbortCode::Incompatible)),
+        ] {
+            assert_eq!(settings.set(rate, Value::U16(bit_rate)), result);
+        }
+        assert_eq!(settings.can_bit_rate(), 250_000);
+        let faster = settings.set(timer(Pdo::Axes), Value::U16(2));
+        assert_eq!(faster, Err(AbortCode::Incompatible));
+        assert_eq!(settings.set(timer(Pdo::Contact), Value::U16(5)), Ok(()));
+        assert_eq!(settings.set(rate, Value::U16(125)), Ok(()));
+        // Stored, they come back, in both orders.
+        let stored: std::vec::Vec<_> = settings.iter().collect();
+        for backwards in [false, true] {
+            let mut stored = stored.clone();
+            if backwards {
+                stored.reverse();
+            }
+            assert_eq!(Settings::set_all(stored.into_iter()), (settings.clone(), 0));
+        }
+        // What does not go together is left out, and nothing else.
+        let stored = [
+            (rate, Value::U16(125)),
+            (Address::new(index::LOG_LEVEL, 0), Value::U8(1)),
+        ];
+        let (settings, refused) = Settings::set_all(stored.into_iter());
+        assert_eq!((settings.can_bit_rate(), refused), (1_000_000, 1));
+        assert_eq!(settings.log_level(), 1);
+    }
+
+    #[test]
+    fn an_event_timer_of_0_sends_nothing() {
+        let mut settings = Settings::default();
+        let timer = Address::new(index::TPDO, 5);
+        assert_eq!(settings.set(timer, Value::U16(0)), Ok(()));
+        assert_eq!(settings.trigger(Pdo::Contact), Trigger::Off);
     }
 
     #[test]

@@ -12,10 +12,10 @@ use estimator_core::{
 use proptest::prelude::*;
 use wire::dictionary::index;
 use wire::pdo::{
-    ACCELERATION_STEP, Acceleration, Attitude, Axes, BIAS_STEP, Bias, Contact, Health, RATE_STEP,
-    Rate, TEMPERATURE_STEP, UNIT_STEP,
+    ACCELERATION_STEP, Acceleration, Attitude, Axes, BIAS_STEP, Bias, Contact, Health, LastSync,
+    LongTime, RATE_STEP, Rate, TEMPERATURE_STEP, UNIT_STEP,
 };
-use wire::{Address, Fault, Faults, Foot, Node, Pdo, Settings, Value};
+use wire::{Address, BootCause, Fault, Faults, Foot, Node, Pdo, Settings, Value};
 
 fn dbc() -> Dbc {
     Dbc::try_from(include_str!("../footfall.dbc")).expect("the DBC can be read")
@@ -52,7 +52,7 @@ struct Truth {
     sequence: u8,
     temperature: f32,
     dropped: u32,
-    sync: Timestamp,
+    sync: LastSync,
 }
 
 impl Truth {
@@ -61,13 +61,13 @@ impl Truth {
         match pdo {
             Pdo::Contact => Contact::new(estimate, self.sequence, self.faults).encode(),
             Pdo::Axes => Axes::new(estimate, self.faults).encode(),
-            Pdo::Attitude => Attitude::new(estimate).encode(),
-            Pdo::Acceleration => Acceleration::new(estimate).encode(),
-            Pdo::Rate => Rate::new(estimate).encode(),
-            Pdo::Bias => Bias::new(estimate, self.temperature).encode(),
+            Pdo::Attitude => Attitude::new(estimate, self.faults).encode(),
+            Pdo::Acceleration => Acceleration::new(estimate, self.faults).encode(),
+            Pdo::Rate => Rate::new(estimate, self.faults).encode(),
+            Pdo::Bias => Bias::new(estimate, self.temperature, self.faults).encode(),
             Pdo::Health => {
                 let register = self.faults.register();
-                Health::new(estimate.flags, register, self.dropped, Some(self.sync)).encode()
+                Health::new(estimate.flags, register, self.dropped, self.sync).encode()
             }
         }
     }
@@ -83,7 +83,21 @@ impl Truth {
             (value, 0.5 / steps + 1.0e-7)
         };
         // Half a step, and a roundings' worth of f32 at the end of the range.
-        let q = |value: f32, step: f64| (f64::from(value), step * 0.505);
+        let unknown = [
+            Flag::AttitudeNotInitialised,
+            Flag::Stale,
+            Flag::InvalidSample,
+        ]
+        .into_iter()
+        .any(|flag| self.estimate.flags.contains(flag));
+        let no_value = |step: f64| (-32_768.0 * step, 1.0e-9);
+        let q = |value: f32, step: f64| {
+            if fault || unknown {
+                no_value(step)
+            } else {
+                (f64::from(value), step * 0.505)
+            }
+        };
         let valid = !self.estimate.flags.are_doubt() && !fault;
         let stable = self.estimate.decision == Decision::Stable;
         let phase = match self.estimate.phase {
@@ -140,10 +154,12 @@ impl Truth {
             "BiasX" => q(bias.x, BIAS_STEP),
             "BiasY" => q(bias.y, BIAS_STEP),
             "BiasZ" => q(bias.z, BIAS_STEP),
-            "Temperature" => q(self.temperature, TEMPERATURE_STEP),
+            "Temperature" if fault => no_value(TEMPERATURE_STEP),
+            "Temperature" => (f64::from(self.temperature), TEMPERATURE_STEP * 0.505),
             "ErrorRegister" => exact(f64::from(self.faults.register())),
-            "Dropped" => exact(f64::from(self.dropped % 65_536)),
-            "SyncTime" => exact(self.sync.as_micros() as f64),
+            "Dropped" => exact(f64::from(self.dropped % 256)),
+            "SyncCounter" => exact(f64::from(self.sync.counter)),
+            "SyncTime" => (f64::from(self.sync.time.0) / 100.0, 1.0e-7),
             other => panic!("no truth for {other}"),
         }
     }
@@ -157,7 +173,7 @@ fn vector(limit: f32) -> impl Strategy<Value = Vec3> {
 prop_compose! {
     fn truth()(
         p in prop::array::uniform9(0.0..=1.0_f32),
-        (micros, sync, sequence, dropped) in (0..u64::MAX / 2, 0..=u64::from(u32::MAX), any::<u8>(), any::<u32>()),
+        (micros, sync, sequence, dropped) in (0..u64::MAX / 2, any::<(u8, u32)>(), any::<u8>(), any::<u32>()),
         // Mostly without doubt: else the valid frames are too few.
         flags in prop_oneof![2 => Just(0), 1 => 0..64_u8],
         faults in prop_oneof![2 => Just(0), 1 => any::<u32>()],
@@ -194,7 +210,7 @@ prop_compose! {
             sequence,
             temperature,
             dropped,
-            sync: Timestamp::from_micros(sync),
+            sync: LastSync { counter: sync.0, time: LongTime(sync.1) },
         }
     }
 }
@@ -218,6 +234,9 @@ proptest! {
                         (decoded - expected).abs() <= tolerance,
                         "{} of {} is {decoded}, not {expected}", signal.name, message.name
                     );
+                    if signal.value_type == ValueType::Signed && decoded == -32_768.0 * signal.factor {
+                        continue;
+                    }
                     assert!(decoded >= number(signal.min) - 1.0e-6, "{} is {decoded}", signal.name);
                     assert!(decoded <= number(signal.max) + 1.0e-6, "{} is {decoded}", signal.name);
                 }
@@ -245,8 +264,8 @@ fn pdo_of(id: MessageId) -> Option<(Pdo, Foot)> {
 #[test]
 fn every_foot_has_every_message_under_its_name() {
     let dbc = dbc();
-    // Emergency and heartbeat too.
-    assert_eq!(dbc.messages.len(), Foot::ALL.len() * (Pdo::ALL.len() + 2));
+    // Emergency, heartbeat and load too.
+    assert_eq!(dbc.messages.len(), Foot::ALL.len() * (Pdo::ALL.len() + 3));
     for message in &dbc.messages {
         let Some((pdo, foot)) = pdo_of(message.id) else {
             continue;
@@ -266,7 +285,7 @@ fn emergencies_and_heartbeats_are_what_a_node_sends() {
         let address = Address::new(index::NODE_ID, 0);
         assert_eq!(settings.set(address, Value::U8(node_id.get())), Ok(()));
         let mut node = Node::new(settings, 0);
-        let boot = node.boot().expect("a boot-up message");
+        let boot = node.boot(BootCause::PowerUp).expect("a boot-up message");
         let heartbeat = message(&dbc, boot.id());
         assert_eq!(heartbeat.name, format!("{}_Heartbeat", foot.name()));
         for fault in Fault::ALL {
@@ -324,6 +343,23 @@ fn every_signal_has_a_comment_and_the_enumerations_have_names() {
             assert!(comment.is_some(), "{} has no comment", signal.name);
         }
     }
+    let mut signed = 0;
+    for message in &dbc.messages {
+        for signal in &message.signals {
+            if signal.value_type == ValueType::Signed && signal.size == 16 {
+                signed += 1;
+                let names = dbc.value_descriptions_for_signal(message.id, &signal.name);
+                let [no_value] = names.expect("a name for no value") else {
+                    panic!("{} has other names", signal.name);
+                };
+                assert_eq!(
+                    (no_value.id, no_value.description.as_str()),
+                    (-32_768, "no_value")
+                );
+            }
+        }
+    }
+    assert_eq!(signed, 14 * Foot::ALL.len());
     let states = dbc.value_descriptions.iter().find_map(|names| match names {
         ValueDescription::Signal {
             name,

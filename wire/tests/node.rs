@@ -14,8 +14,8 @@ use wire::dictionary::{self, Access, Limits, Role, SIGNATURE_RESTORE, SIGNATURE_
 use wire::node::{Calibration, CalibrationState, Command, Crash, State};
 use wire::pdo::{Contact, Health, Load, PDOS};
 use wire::{
-    AbortCode, Address, CanFrame, Counter, Counters, DataType, Event, Fault, Foot, Node, Outcome,
-    Pdo, Settings, Stage, Value,
+    AbortCode, Address, BootCause, CanFrame, Counter, Counters, DataType, Event, Fault, Foot, Node,
+    Outcome, Pdo, Settings, Stage, Value,
 };
 
 const ID: u8 = 0x11;
@@ -24,7 +24,7 @@ const NOW: Timestamp = Timestamp::from_micros(5_000_000);
 /// A node in pre-operational state.
 fn node() -> Node {
     let mut node = Node::new(Settings::default(), 0xC0FFEE);
-    node.boot();
+    node.boot(BootCause::PowerUp);
     node.command(Command::EnterPreOperational);
     node
 }
@@ -115,7 +115,7 @@ fn refused(node: &mut Node, address: Address, value: Value) -> AbortCode {
 #[test]
 fn it_boots_and_streams_by_itself() {
     let mut node = Node::new(Settings::default(), 1);
-    let boot = node.boot().expect("a boot-up message");
+    let boot = node.boot(BootCause::PowerUp).expect("a boot-up message");
     assert_eq!((boot.id(), boot.data()), (0x700 + u16::from(ID), &[0][..]));
     assert_eq!(node.state(), State::Operational);
     let frames = tick(&mut node, &ContactEstimate::default());
@@ -128,10 +128,28 @@ fn without_autostart_it_waits_for_the_master() {
     let autostart = Address::new(index::AUTOSTART, 0);
     assert_eq!(settings.set(autostart, Value::U8(0)), Ok(()));
     let mut node = Node::new(settings, 1);
-    node.boot();
+    node.boot(BootCause::PowerUp);
     assert_eq!(node.state(), State::PreOperational);
     assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
     let started = send(&mut node, 0, &[1, 0]);
+    assert_eq!(started.event, Some(Event::State(State::Operational)));
+    assert!(!tick(&mut node, &ContactEstimate::default()).is_empty());
+}
+
+#[test]
+fn a_master_resets_configures_and_starts_it() {
+    let mut node = Node::new(Settings::default(), 1);
+    node.boot(BootCause::PowerUp);
+    assert_eq!(node.state(), State::Operational);
+    let reset = send(&mut node, 0, &[0x82, ID]);
+    assert_eq!(reset.event, Some(Event::ResetCommunication));
+    node.set_settings(Settings::default());
+    assert!(node.boot(BootCause::Commanded).is_some());
+    assert_eq!(node.state(), State::PreOperational);
+    let heartbeat = Address::new(index::HEARTBEAT, 0);
+    assert_eq!(write(&mut node, heartbeat, Value::U16(100)).0, Ok(()));
+    assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
+    let started = send(&mut node, 0, &[1, ID]);
     assert_eq!(started.event, Some(Event::State(State::Operational)));
     assert!(!tick(&mut node, &ContactEstimate::default()).is_empty());
 }
@@ -177,7 +195,11 @@ fn every_setting_takes_its_limits_and_refuses_what_lies_beyond() {
             let (result, events) = write(&mut node, address, value);
             // The load thresholds hold each other.
             if result == Err(AbortCode::Incompatible.code()) {
-                assert_eq!(address.index, index::LOAD_INPUT);
+                let bit_rate = address.index == index::CAN_BIT_RATE && value == low;
+                assert!(
+                    address.index == index::LOAD_INPUT || bit_rate,
+                    "{address:?}"
+                );
                 continue;
             }
             assert_eq!(result, Ok(()), "{address:?} {value:?}");
@@ -190,7 +212,7 @@ fn every_setting_takes_its_limits_and_refuses_what_lies_beyond() {
                 );
             }
         }
-        let choice = matches!(entry.limits, Limits::OneOf(_));
+        let choice = matches!(entry.limits, Limits::OneOf(_) | Limits::RangeWithout(_));
         let (below, above) = match (low, high) {
             (Value::U8(low), Value::U8(high)) => (
                 low.checked_sub(1).map(Value::U8),
@@ -387,7 +409,8 @@ fn pdos_are_what_the_mappings_of_the_dictionary_say() {
             assert_eq!(Contact::decode(&frame).stable, wire::pdo::P16::new(0.9));
         }
         if pdo == Pdo::Health {
-            assert_eq!(Health::decode(&frame).sync_time, 5_000_000);
+            let sync = Health::decode(&frame).sync;
+            assert_eq!((sync.counter, sync.time.0), (1, 500_000));
             frame[1] = packed[1];
         }
         assert_eq!(packed, frame, "{pdo:?}");
@@ -439,9 +462,10 @@ fn a_pdo_is_switched_off_slowed_down_and_tied_to_sync() {
         Ok(())
     );
     for (sub, value, code) in [
-        (2, Value::U8(0), AbortCode::TooLow),
-        (2, Value::U8(252), AbortCode::InvalidValue),
-        (5, Value::U16(0), AbortCode::TooLow),
+        (2, Value::U8(0), AbortCode::InvalidValue),
+        (2, Value::U8(241), AbortCode::InvalidValue),
+        (2, Value::U8(253), AbortCode::InvalidValue),
+        (5, Value::U16(10_001), AbortCode::TooHigh),
         (1, Value::U32(0x181), AbortCode::InvalidValue),
     ] {
         assert_eq!(refused(&mut node, Address::new(contact, sub), value), code);
@@ -492,7 +516,7 @@ fn nmt_commands_for_others_change_nothing_and_resets_are_reported() {
     let reset = send(&mut node, 0, &[0x82, ID]);
     assert_eq!(reset.event, Some(Event::ResetCommunication));
     assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
-    assert!(node.boot().is_some());
+    assert!(node.boot(BootCause::Commanded).is_some());
     let reset = send(&mut node, 0, &[0x81, 0]);
     assert_eq!(reset.event, Some(Event::ResetNode));
 }
@@ -566,7 +590,7 @@ fn faults_from_before_the_boot_are_told_after_it_and_again_after_a_reset() {
     );
     assert_eq!(node.raise(Fault::CrystalMissing, 0), None);
     for _ in 0..2 {
-        node.boot();
+        node.boot(BootCause::PowerUp);
         let told: Vec<CanFrame> = (0..10)
             .flat_map(|_| tick(&mut node, &ContactEstimate::default()))
             .filter(|frame| frame.id() == 0x80 + u16::from(ID))
@@ -617,14 +641,92 @@ fn the_load_comes_over_rpdo1_when_operational() {
     node.command(Command::StartRemoteNode);
     let outcome = send(&mut node, rpdo, &Load(5.0).encode());
     assert_eq!(outcome.event, Some(Event::Load(Load(5.0))));
-    assert_eq!(node.load(), Load(5.0));
+    assert_eq!(node.load(), Some(Load(5.0)));
     let outcome = send(&mut node, rpdo, &f32::NAN.to_le_bytes());
     assert_eq!(outcome, Outcome::default());
     let emergency = send(&mut node, rpdo, &[1, 2]).reply.expect("an emergency");
     assert_eq!(emergency.data()[..2], [0x10, 0x82]);
     let cleared = send(&mut node, rpdo, &Load(6.0).encode()).reply;
     assert_eq!(cleared.expect("all clear").data()[..2], [0, 0]);
-    assert_eq!(node.load(), Load(6.0));
+    assert_eq!(node.load(), Some(Load(6.0)));
+}
+
+#[test]
+fn a_load_is_believed_for_as_long_as_the_event_timer_says() {
+    let rpdo = 0x200 + u16::from(ID);
+    let object = Address::new(index::LOAD, 0);
+    let is_nan =
+        |node: &mut Node| matches!(node.read(object), Ok(Value::F32(load)) if load.is_nan());
+    let emergencies = |node: &mut Node, ticks| {
+        (0..ticks)
+            .flat_map(|_| tick(node, &ContactEstimate::default()))
+            .filter(|frame| frame.id() == 0x80 + u16::from(ID))
+            .map(|frame| *frame.data8().expect("eight bytes"))
+            .collect::<Vec<_>>()
+    };
+    let mut node = node();
+    assert_eq!(node.load(), None, "nobody has said anything yet");
+    assert!(is_nan(&mut node));
+    let source = Address::new(index::LOAD_INPUT, 1);
+    assert_eq!(write(&mut node, source, Value::U8(2)).0, Ok(()));
+    node.command(Command::StartRemoteNode);
+    assert_eq!(
+        emergencies(&mut node, 200),
+        [[0; 8]; 0],
+        "the timer starts with the first"
+    );
+    send(&mut node, rpdo, &Load(5.0).encode());
+    assert_eq!(emergencies(&mut node, 100), [[0; 8]; 0]);
+    assert_eq!(node.load(), Some(Load(5.0)));
+    // One that is not a number does not wind the timer up.
+    send(&mut node, rpdo, &f32::NAN.to_le_bytes());
+    assert_eq!(
+        emergencies(&mut node, 50),
+        [[0x50, 0x82, 0x11, 22, 100, 0, 0, 0]]
+    );
+    assert_eq!(node.load(), None);
+    assert!(is_nan(&mut node));
+    let cleared = send(&mut node, rpdo, &Load(6.0).encode()).reply;
+    assert_eq!(cleared.expect("all clear").data()[..2], [0, 0]);
+    assert_eq!(node.load(), Some(Load(6.0)));
+    // Over SDO too, and whoever does not listen to CAN is not told.
+    node.command(Command::EnterPreOperational);
+    assert_eq!(write(&mut node, source, Value::U8(1)).0, Ok(()));
+    assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
+    assert_eq!(node.load(), Some(Load(7.0)));
+    node.command(Command::StartRemoteNode);
+    assert_eq!(emergencies(&mut node, 200), [[0; 8]; 0]);
+    assert_eq!(node.load(), None);
+    // For ever.
+    node.command(Command::EnterPreOperational);
+    let timer = Address::new(index::RPDO, 5);
+    assert_eq!(write(&mut node, timer, Value::U16(0)).0, Ok(()));
+    assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
+    emergencies(&mut node, 70_000);
+    assert_eq!(node.load(), Some(Load(7.0)));
+}
+
+#[test]
+fn the_load_has_limits_over_sdo() {
+    let mut node = node();
+    let object = Address::new(index::LOAD, 0);
+    for (load, code) in [
+        (-1.1e9, AbortCode::TooLow),
+        (1.1e9, AbortCode::TooHigh),
+        (f32::NAN, AbortCode::InvalidValue),
+    ] {
+        assert_eq!(refused(&mut node, object, Value::F32(load)), code);
+    }
+    assert_eq!(node.load(), None);
+}
+
+#[test]
+fn each_foot_boots_with_its_own_id() {
+    let mut node = node();
+    let foot = Address::new(index::FOOT, 0);
+    assert_eq!(write(&mut node, foot, Value::U8(2)).0, Ok(()));
+    let boot = node.boot(BootCause::Commanded).expect("a boot-up message");
+    assert_eq!(boot.id(), 0x712);
 }
 
 #[test]
@@ -637,6 +739,15 @@ fn sync_and_time_are_passed_on() {
         Some(Event::Time(time))
     );
     assert_eq!(send(&mut node, 0x100, &[1, 2]), Outcome::default());
+    // It is kept, with the moment at which it came.
+    assert_eq!(node.time(), Some((time, NOW)));
+    for (sub, value) in [
+        (1, Value::U16(15_000)),
+        (2, Value::U32(12_345_678)),
+        (3, Value::U32(500_000)),
+    ] {
+        assert_eq!(node.read(Address::new(index::TIME, sub)), Ok(value));
+    }
 }
 
 #[test]
@@ -709,7 +820,9 @@ fn uart_follows_the_same_rules() {
     assert_eq!(node.read(window), Ok(Value::U32(20_000)));
     let too_long = node.write(window, &300_000_u32.to_le_bytes());
     assert_eq!(too_long, Err(AbortCode::TooHigh));
-    assert_eq!(node.write(window, &[1]), Err(AbortCode::Length));
+    // The codes are those of SDO.
+    assert_eq!(node.write(window, &[1]), Err(AbortCode::TooShort));
+    assert_eq!(node.write(window, &[1; 5]), Err(AbortCode::TooLong));
     node.command(Command::StartRemoteNode);
     let running = node.write(window, &20_000_u32.to_le_bytes());
     assert_eq!(running, Err(AbortCode::DeviceState));
@@ -759,7 +872,122 @@ fn lss_gives_a_foot_its_node_id() {
     assert_eq!(again.event, Some(Event::Changed(setting)));
     // The old id counts until the reset.
     assert_eq!(node.id().map(wire::NodeId::get), Some(ID));
-    assert_eq!(node.boot().expect("a boot-up message").id(), 0x722);
+    assert_eq!(
+        node.boot(BootCause::Commanded)
+            .expect("a boot-up message")
+            .id(),
+        0x722
+    );
+}
+
+#[test]
+fn a_second_store_is_refused_while_the_first_lasts_and_both_are_answered() {
+    let sdo = 0x600 + u16::from(ID);
+    let save = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
+    let load = [0x23, 0x11, 0x10, 1, b'l', b'o', b'a', b'd'];
+    let mut node = node();
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    // SDO first, LSS second.
+    assert_eq!(send(&mut node, sdo, &save).event, Some(Event::Store));
+    let second = send(&mut node, 0x7E5, &lss::encode_store());
+    assert_eq!(second.event, None);
+    assert_eq!(second.reply.expect("an answer").data()[..2], [0x17, 2]);
+    let first = node.finish(Ok(())).expect("an answer");
+    assert_eq!(first.data(), [0x60, 0x10, 0x10, 1, 0, 0, 0, 0]);
+    // LSS first, SDO and UART second.
+    let first = send(&mut node, 0x7E5, &lss::encode_store());
+    assert_eq!((first.reply, first.event), (None, Some(Event::Store)));
+    for request in [save, load] {
+        let second = send(&mut node, sdo, &request);
+        assert_eq!(second.event, None);
+        let answer = second.reply.expect("an answer");
+        assert_eq!(answer.data()[..1], [0x80]);
+        assert_eq!(answer.data()[4..], [0, 0, 6, 6]);
+    }
+    let store = Address::new(index::STORE, 1);
+    assert_eq!(node.write(store, b"save"), Err(AbortCode::Hardware));
+    let answer = node.finish(Ok(())).expect("an answer");
+    assert_eq!(answer.data()[..2], [0x17, 0]);
+    assert_eq!(node.write(store, b"save"), Ok(Some(Event::Store)));
+}
+
+#[test]
+fn a_store_that_fails_is_told_over_lss() {
+    let mut node = node();
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    send(&mut node, 0x7E5, &lss::encode_store());
+    let answer = node.finish(Err(AbortCode::Hardware)).expect("an answer");
+    assert_eq!(answer.data()[..2], [0x17, 2]);
+}
+
+#[test]
+fn a_boot_forgets_what_was_going_on_before_it() {
+    let mut node = node();
+    let sdo = 0x600 + u16::from(ID);
+    // A transfer, a store, the age of the heartbeat, and what a SYNC asked for.
+    send(&mut node, sdo, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    send(&mut node, 0x7E5, &lss::encode_store());
+    let sync = Address::new(index::TPDO + 6, 2);
+    assert!(node.write(sync, &[1]).is_ok());
+    node.command(Command::StartRemoteNode);
+    for _ in 0..300 {
+        tick(&mut node, &ContactEstimate::default());
+    }
+    send(&mut node, 0x80, &[]);
+    node.boot(BootCause::PowerUp);
+    let frames = tick(&mut node, &ContactEstimate::default());
+    let health = Pdo::Health.cob_id(node.id().expect("an id"));
+    assert!(frames.iter().all(|frame| frame.id() != health));
+    let beats = (1..499)
+        .flat_map(|_| tick(&mut node, &ContactEstimate::default()))
+        .filter(|frame| frame.id() == 0x700 + u16::from(ID));
+    assert_eq!(beats.count(), 0, "the period starts with the boot-up");
+    let segment = send(&mut node, sdo, &[0x60, 0, 0, 0, 0, 0, 0, 0]).reply;
+    assert_eq!(segment.expect("an answer").data()[0], 0x80);
+    assert_eq!(node.finish(Ok(())), None);
+}
+
+#[test]
+fn a_sync_in_pre_operational_asks_for_nothing() {
+    let mut node = node();
+    let sync = Address::new(index::TPDO + 6, 2);
+    assert!(node.write(sync, &[1]).is_ok());
+    send(&mut node, 0x80, &[]);
+    node.command(Command::StartRemoteNode);
+    let frames = tick(&mut node, &ContactEstimate::default());
+    let health = Pdo::Health.cob_id(node.id().expect("an id"));
+    assert!(frames.iter().all(|frame| frame.id() != health));
+}
+
+#[test]
+fn nothing_is_sent_before_the_boot_up() {
+    let mut node = Node::new(Settings::default(), 1);
+    for _ in 0..2000 {
+        assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
+    }
+}
+
+#[test]
+fn a_client_that_gives_up_ends_its_transfer() {
+    let mut node = node();
+    let sdo = 0x600 + u16::from(ID);
+    send(&mut node, sdo, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+    let given_up = send(&mut node, sdo, &[0x80, 0x08, 0x10, 0, 0, 0, 4, 5]);
+    assert_eq!(given_up, Outcome::default());
+    let segment = send(&mut node, sdo, &[0x60, 0, 0, 0, 0, 0, 0, 0]).reply;
+    assert_eq!(segment.expect("an answer").data()[0], 0x80);
+}
+
+#[test]
+fn the_lock_keeps_a_calibration_from_being_accepted() {
+    let mut node = node();
+    let proposal = PerAxis::from_array([0.5, 0.6, 0.7, 0.05, 0.06, 0.07]);
+    node.set_calibration(CalibrationState::Ready(proposal));
+    assert!(node.write(Address::new(index::LOCK, 0), &[1]).is_ok());
+    let command = Address::new(index::CALIBRATION, 1);
+    assert_eq!(refused(&mut node, command, Value::U8(2)), AbortCode::Locked);
+    assert_ne!(node.settings().params().half_width, proposal);
 }
 
 #[test]
@@ -777,8 +1005,8 @@ fn a_foot_without_an_id_is_found_by_fastscan_and_says_nothing_else() {
     let mut settings = Settings::default();
     let id = Address::new(index::NODE_ID, 0);
     assert_eq!(settings.set(id, Value::U8(255)), Ok(()));
-    let mut node = Node::new(settings, 0xABCD_1234);
-    assert_eq!(node.boot(), None);
+    let mut node = Node::new(settings.clone(), 0xABCD_1234);
+    assert_eq!(node.boot(BootCause::PowerUp), None);
     for _ in 0..2000 {
         assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
     }
@@ -792,11 +1020,61 @@ fn a_foot_without_an_id_is_found_by_fastscan_and_says_nothing_else() {
     assert!(master.found());
     assert_eq!(master.address().serial_number, 0xABCD_1234);
     send(&mut node, 0x7E5, &lss::encode_configure_node_id(5));
-    assert_eq!(node.boot().expect("a boot-up message").id(), 0x705);
+    // It boots when the configuration is over, with the stored settings, which do not know the id.
+    let over = send(&mut node, 0x7E5, &lss::encode_switch_global(false));
+    assert_eq!(over.event, Some(Event::ResetCommunication));
+    node.set_settings(settings);
+    let boot = node.boot(BootCause::Commanded).expect("a boot-up message");
+    assert_eq!(boot.id(), 0x705);
+    assert_eq!(node.state(), State::PreOperational);
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    let over = send(&mut node, 0x7E5, &lss::encode_switch_global(false));
+    assert_eq!(over, Outcome::default(), "only once");
+}
+
+#[test]
+fn a_foot_without_an_id_is_set_up_over_uart() {
+    let mut settings = Settings::default();
+    let id = Address::new(index::NODE_ID, 0);
+    assert_eq!(settings.set(id, Value::U8(255)), Ok(()));
+    let mut node = Node::new(settings, 1);
+    node.boot(BootCause::PowerUp);
+    assert_eq!(node.write(id, &[7]), Ok(Some(Event::Changed(id))));
+    let reset = node.command(Command::ResetCommunication);
+    assert_eq!(reset, Some(Event::ResetCommunication));
+    let boot = node.boot(BootCause::Commanded).expect("a boot-up message");
+    assert_eq!(boot.id(), 0x707);
+    node.command(Command::StartRemoteNode);
+    assert_eq!(node.write(id, &[8]), Err(AbortCode::DeviceState));
+}
+
+#[test]
+fn an_id_given_by_lss_counts_until_power_off_though_it_is_not_stored() {
+    let id = Address::new(index::NODE_ID, 0);
+    let reset = |node: &mut Node| {
+        node.command(Command::ResetCommunication);
+        node.set_settings(Settings::default());
+        let boot = node.boot(BootCause::Commanded);
+        boot.expect("a boot-up message").id()
+    };
+    let mut node = node();
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
+    assert_eq!(reset(&mut node), 0x722);
+    assert_eq!(node.read(id), Ok(Value::U8(0x22)));
+    assert_eq!(reset(&mut node), 0x722, "and at each reset after it");
+    // What is written later counts instead, as do the defaults.
+    assert!(node.write(id, &[0x33]).is_ok());
+    assert_eq!(reset(&mut node), 0x711, "the written one was not stored");
+    send(&mut node, 0x7E5, &lss::encode_switch_global(true));
+    send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
+    node.command(Command::ResetNode);
+    assert_eq!(reset(&mut node), 0x711, "as after power-off");
 }
 
 #[test]
 fn a_node_takes_a_tenth_of_what_the_peers_takes() {
+    const VALUES: usize = 220;
     let ours = size_of::<Node>();
     let counts = dictionary::OBJECTS
         .iter()
@@ -804,10 +1082,10 @@ fn a_node_takes_a_tenth_of_what_the_peers_takes() {
         .count();
     assert_eq!(
         dictionary::entries().count() + counts,
-        213,
+        VALUES,
         "the size below"
     );
-    let theirs = size_of::<canopen_rs::Node<213>>();
+    let theirs = size_of::<canopen_rs::Node<VALUES>>();
     println!("a node takes {ours} bytes, the peer's {theirs}");
     assert!(ours < 1024, "a node takes {ours} bytes");
     assert!(theirs > 11 * 1024, "README.md says more than {theirs}");

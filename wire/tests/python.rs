@@ -4,12 +4,13 @@
 #![cfg(unix)]
 
 mod python {
+    pub mod environment;
     pub mod foot;
 }
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use std::sync::OnceLock;
 use std::{env, fs};
 
@@ -18,7 +19,7 @@ use estimator_core::{
     Probabilities, Quaternion, Timestamp, Vec3,
 };
 use wire::dictionary::{self, Role, Shape};
-use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Rate};
+use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Rate};
 use wire::{Faults, Foot, Pdo, Value};
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
@@ -33,51 +34,12 @@ fn unmet(missing: &str) {
 /// The interpreter of the virtual environment, made when it is first asked for.
 fn interpreter() -> Option<&'static Path> {
     static INTERPRETER: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    match INTERPRETER.get_or_init(make_environment) {
+    match INTERPRETER.get_or_init(python::environment::make) {
         Ok(path) => Some(path),
         Err(missing) => {
             unmet(missing);
             None
         }
-    }
-}
-
-fn make_environment() -> Result<PathBuf, String> {
-    let requirements = Path::new(HERE).join("tests/python/requirements.txt");
-    let wanted = fs::read_to_string(&requirements).map_err(|error| error.to_string())?;
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
-    let interpreter = folder.join("bin/python");
-    let installed = folder.join("installed.txt");
-    if fs::read_to_string(&installed).is_ok_and(|installed| installed == wanted) {
-        return Ok(interpreter);
-    }
-    run(Command::new("python3")
-        .args(["-m", "venv", "--clear"])
-        .arg(&folder))?;
-    run(Command::new(&interpreter)
-        .args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-            "-r",
-        ])
-        .arg(&requirements))?;
-    fs::write(&installed, wanted).map_err(|error| error.to_string())?;
-    Ok(interpreter)
-}
-
-fn run(command: &mut Command) -> Result<Output, String> {
-    let output = command
-        .output()
-        .map_err(|error| format!("{command:?}: {error}"))?;
-    if output.status.success() {
-        Ok(output)
-    } else {
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        let last = stderr.lines().last().unwrap_or_default();
-        Err(format!("{command:?} failed: {last}"))
     }
 }
 
@@ -242,7 +204,7 @@ fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'stat
             vec![(bytes, "ProbabilityWz", axes.wz.probability().into())]
         }
         Pdo::Attitude => {
-            let bytes = Attitude::new(estimate).encode();
+            let bytes = Attitude::new(estimate, faults).encode();
             let Quaternion { w, x, y, z } = Attitude::decode(&bytes).orientation();
             let mut values = vec![(bytes, "QuaternionW", w.into())];
             let names = ["QuaternionX", "QuaternionY", "QuaternionZ"];
@@ -250,12 +212,12 @@ fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'stat
             values
         }
         Pdo::Acceleration => {
-            let bytes = Acceleration::new(estimate).encode();
+            let bytes = Acceleration::new(estimate, faults).encode();
             let names = ["AccelerationX", "AccelerationY", "AccelerationZ"];
             vector(bytes, names, Acceleration::decode(&bytes).acceleration())
         }
         Pdo::Rate => {
-            let bytes = Rate::new(estimate).encode();
+            let bytes = Rate::new(estimate, faults).encode();
             vector(
                 bytes,
                 ["RateX", "RateY", "RateZ"],
@@ -263,19 +225,26 @@ fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'stat
             )
         }
         Pdo::Bias => {
-            let bytes = Bias::new(estimate, i as f32 - 40.0).encode();
+            let bytes = Bias::new(estimate, i as f32 - 40.0, faults).encode();
             let bias = Bias::decode(&bytes);
             let mut values = vec![(bytes, "Temperature", bias.temperature().into())];
             values.extend::<Vec<_>>(vector(bytes, ["BiasX", "BiasY", "BiasZ"], bias.bias()));
             values
         }
         Pdo::Health => {
-            let bytes = Health::new(estimate.flags, i as u8, i, Some(estimate.timestamp)).encode();
+            let bytes = {
+                let sync = LastSync {
+                    counter: (i % 240 + 1) as u8,
+                    time: estimate.timestamp.into(),
+                };
+                Health::new(estimate.flags, i as u8, i, sync).encode()
+            };
             let health = Health::decode(&bytes);
             vec![
                 (bytes, "ErrorRegister", health.register.into()),
                 (bytes, "Dropped", health.dropped.into()),
-                (bytes, "SyncTime", health.sync_time.into()),
+                (bytes, "SyncCounter", health.sync.counter.into()),
+                (bytes, "SyncTime", f64::from(health.sync.time.0) / 100.0),
             ]
         }
     }

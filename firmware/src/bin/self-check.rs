@@ -9,6 +9,8 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use estimator_core::{Params, ParamsError};
 use firmware::self_check;
+// The vector table.
+use stm32_metapac as _;
 
 #[entry]
 fn main() -> ! {

@@ -49,6 +49,7 @@ use std::{fs, io};
 
 use clap::ValueEnum;
 use estimator_core::{Gravity, Params, WindowLength};
+use firmware::imu::default_params;
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
@@ -77,10 +78,10 @@ impl Preset {
     pub fn params(self, format: Format) -> Params {
         let default_with_load_of = |other: Params| Params {
             load: other.load,
-            ..Params::DEFAULT
+            ..default_params()
         };
         match (self, format) {
-            (Self::Default, Format::Csv) => Params::DEFAULT,
+            (Self::Default, Format::Csv) => default_params(),
             (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
             (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),
             (Self::Paper, Format::Csv | Format::PceAtlas) => Params::PAPER,
@@ -385,7 +386,7 @@ mod tests {
         ] {
             let expected = Params {
                 load: with_its_load.load,
-                ..Params::DEFAULT
+                ..default_params()
             };
             assert_eq!(Preset::Default.params(format), expected, "{format:?}");
         }

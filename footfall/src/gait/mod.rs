@@ -8,9 +8,10 @@
 //! | one step in numbers | [`step`] |
 //! | the true motion at any moment, in closed form | [`motion`] |
 //! | whether the foot is in stable contact, from its own velocity | [`label`] |
-//! | noise, bias, temperature drift and filters of the sensor | [`sensor`] |
-//! | codes, range and scale | [`codes`] |
-//! | all of it at 1 kHz, as a recording | [`record`](mod@record) |
+//! | which specimen the sensor is and what it feels | [`sensor`] |
+//! | its registers, read at 1 kHz as the foot reads them: a recording | [`record`](mod@record) |
+//!
+//! The sensor itself is [`lsm6dsox::sim`], register for register.
 //!
 //! The truth is kinematic: motion, load and slips are prescribed as smooth functions of time, not
 //! the outcome of a simulation of bodies. So velocity, acceleration and label are exact, and what
@@ -20,10 +21,8 @@
 //! The same plan, sensor and seed give the same bits on every machine: f64 arithmetic, square
 //! roots, and `libm` for everything else.
 
-pub mod codes;
 mod jet;
 pub mod label;
-mod low_pass;
 pub mod motion;
 pub mod plan;
 mod random;

@@ -1,16 +1,24 @@
 //! A foot that follows a plan, recorded by a sensor that is read 1000 times a second.
+//!
+//! From here on everything is the foot's own program: the driver over SPI, one burst at the first
+//! data-ready edge after each tick, and the conversion in [`firmware::imu`].
 
-use estimator_core::{Gravity, Load, Timestamp};
+use estimator_core::{Gravity, ImuSample, Load, Timestamp};
+use firmware::imu::{SENSOR, imu_sample, missing_sample};
+use lsm6dsox::sim::{SharedPart, SimSpi};
+use lsm6dsox::{Lsm6dsox, Pin};
 
-use super::codes::{RawSample, Scale};
 use super::label::labels;
 use super::motion::{FootState, Motion};
 use super::plan::Plan;
-use super::sensor::{Analogue, CONVERSION_PERIOD_US, SensorParams};
+use super::sensor::SensorParams;
 use crate::recording::{RecordedSample, Recording};
 
-/// Time between recorded samples, µs: the firmware's tick.
+/// Time between ticks, µs: the firmware's.
 const TICK_US: u64 = 1000;
+
+/// From power-up to the first tick, µs. The sensor needs 45 ms of it to boot and to turn on.
+const START_US: u64 = 100_000;
 
 /// A recording together with what really happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,39 +27,47 @@ pub struct Simulation {
     pub recording: Recording,
     /// The state of the foot at each sample's timestamp.
     pub truth: Vec<FootState>,
+    /// The sensor's temperature as read with each sample, °C.
+    pub temperatures: Vec<f32>,
 }
 
 /// Simulates a plan with the sensor that belongs to `seed`, from time 0 on.
 ///
-/// At each tick the sensor's newest conversion is read, which is up to 150 µs old; its filters
-/// delay by another 0.7 ms. Truth, load and label are those of the tick itself; the load is
-/// without error. The same arguments give the same bits on every machine.
+/// Each sample is that of the first data-ready edge after its tick, at most 155 µs later, and
+/// carries that edge's time; the sensor's filters delay it by another 0.7 ms. Truth, load and
+/// label are those of the edge; the load is without error. The same arguments give the same bits
+/// on every machine.
+///
+/// # Panics
+/// Never: a simulated part without a fault starts.
 #[must_use]
 pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
     let motion = Motion::new(plan);
-    let mut analogue = Analogue::new(sensor, seed);
-    let scale = Scale::LSM6DSOX_16G_2000DPS;
-    let ticks = libm::floor(plan.duration * 1e6 / TICK_US as f64) as u64;
+    let part = sensor.mounted(motion.clone(), seconds(START_US), seed);
+    let mut driver = Lsm6dsox::new(part.spi(), SENSOR);
+    driver
+        .init(&mut part.delay())
+        .expect("a part without a fault starts");
+    assert!(part.now_ns() < START_US * 1000, "it started in time");
 
-    let truth: Vec<FootState> = (0..ticks)
-        .map(|tick| motion.at(seconds(tick * TICK_US)))
+    let ticks = libm::floor(plan.duration * 1e6 / TICK_US as f64) as u64;
+    let (imu, temperatures): (Vec<ImuSample>, Vec<f32>) = (0..ticks)
+        .map(|tick| sample_after(&part, &mut driver, tick * TICK_US))
+        .unzip();
+    let truth: Vec<FootState> = imu
+        .iter()
+        .map(|sample| motion.at(seconds(sample.timestamp.as_micros())))
         .collect();
-    let mut samples = Vec::with_capacity(truth.len());
-    let mut conversion = 0;
-    for (tick, (state, label)) in (0..).zip(truth.iter().zip(labels(&truth, seconds(TICK_US)))) {
-        let now = tick * TICK_US;
-        let mut raw = RawSample::default();
-        while conversion * CONVERSION_PERIOD_US <= now {
-            let t = seconds(conversion * CONVERSION_PERIOD_US);
-            raw = scale.digitise(&analogue.convert(&motion.at(t), t));
-            conversion += 1;
-        }
-        samples.push(RecordedSample {
-            imu: scale.imu_sample(&raw, Timestamp::from_micros(now)),
+    let labels = labels(&truth, seconds(TICK_US));
+    let samples = imu
+        .into_iter()
+        .zip(truth.iter().zip(labels))
+        .map(|(imu, (state, label))| RecordedSample {
+            imu,
             load: Some(Load(state.load as f32)),
             label: Some(label),
-        });
-    }
+        })
+        .collect();
     Simulation {
         recording: Recording {
             name: plan.name.clone(),
@@ -61,6 +77,7 @@ pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
             samples,
         },
         truth,
+        temperatures,
     }
 }
 
@@ -68,6 +85,24 @@ pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
 #[must_use]
 pub fn record(plan: &Plan, sensor: &SensorParams, seed: u64) -> Recording {
     simulate(plan, sensor, seed).recording
+}
+
+/// What the foot's program does at the tick at `tick_us`: wait for the next data-ready edge, take
+/// its time, and read one burst. The temperature in °C comes with it; NaN where none could be read.
+fn sample_after(
+    part: &SharedPart,
+    driver: &mut Lsm6dsox<SimSpi>,
+    tick_us: u64,
+) -> (ImuSample, f32) {
+    part.advance_to((START_US + tick_us) * 1000);
+    if let Some(edge_ns) = part.next_rising_edge_ns(Pin::Int1) {
+        part.advance_to(edge_ns);
+    }
+    let timestamp = Timestamp::from_micros(part.now_ns() / 1000 - START_US);
+    match driver.sample() {
+        Ok(raw) => (imu_sample(&raw, timestamp), raw.temperature.to_celsius()),
+        Err(_) => (missing_sample(timestamp), f32::NAN),
+    }
 }
 
 fn seconds(micros: u64) -> f64 {
@@ -80,6 +115,7 @@ mod tests {
     use crate::gait::motion::Activity;
     use crate::gait::plan::{GaitName, Ground};
     use crate::gait::space::Vector;
+    use crate::input::csv::VALIDITIES;
     use crate::recording::Label;
     use estimator_core::{ContactEstimator, Params, Validity, Vec3};
 
@@ -102,7 +138,10 @@ mod tests {
                     add(u64::from(value.to_bits()));
                 }
             }
-            add(u64::from(sample.imu.validity != Validity::Valid));
+            let validity = VALIDITIES
+                .iter()
+                .position(|(_, validity)| *validity == sample.imu.validity);
+            add(validity.expect("a known one") as u64);
             add(u64::from(sample.load.map_or(0, |load| load.0.to_bits())));
             add(u64::from(sample.label == Some(Label::Stable)));
         }
@@ -112,18 +151,27 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_bits_on_every_machine() {
         // Where this number changes, so does every recording that was ever simulated.
-        const SEED_1: u64 = 0x5458_3af6_432a_a742;
+        const SEED_1: u64 = 0xaf85_f2fc_a414_446d;
         assert_eq!(fingerprint(&demo(1).recording), SEED_1);
         assert_ne!(fingerprint(&demo(2).recording), SEED_1);
     }
 
     #[test]
-    fn samples_come_at_exact_milliseconds_with_load_and_label() {
-        let Simulation { recording, truth } = demo(1);
+    fn samples_come_at_the_first_edge_after_each_millisecond_with_load_and_label() {
+        let Simulation {
+            recording,
+            truth,
+            temperatures,
+        } = demo(1);
         assert_eq!(recording.samples.len(), truth.len());
+        assert_eq!(temperatures, vec![25.0; truth.len()]);
         assert_eq!(recording.sample_rate, 1000.0);
         for (k, sample) in (0..).zip(&recording.samples) {
-            assert_eq!(sample.imu.timestamp.as_micros(), k * 1000);
+            // One period of the sensor's slowest clock.
+            let wait = sample.imu.timestamp.as_micros() - k * 1000;
+            assert!(wait <= 155, "{wait} µs after tick {k}");
+            assert_ne!(sample.imu.validity, Validity::Stale);
+            assert_ne!(sample.imu.validity, Validity::Invalid);
             assert!(sample.load.is_some_and(|load| load.0 >= 0.0));
             assert!(sample.label.is_some());
         }
@@ -131,7 +179,9 @@ mod tests {
 
     #[test]
     fn some_hard_landings_saturate_the_sensor_and_nothing_else_does() {
-        let Simulation { recording, truth } = demo(1);
+        let Simulation {
+            recording, truth, ..
+        } = demo(1);
         let saturated: Vec<Activity> = recording
             .samples
             .iter()

@@ -1,5 +1,5 @@
-//! Tables with a header: `t,ax,ay,az,wx,wy,wz,force,label` in any order, of which the six axes
-//! are required.
+//! Tables with a header: `t,ax,ay,az,wx,wy,wz,force,label,validity` in any order, of which the six
+//! axes are required.
 //!
 //! | column | unit | blank cell |
 //! |---|---|---|
@@ -8,11 +8,13 @@
 //! | `wx`, `wy`, `wz` | rad/s | error |
 //! | `force` | N | no load known |
 //! | `label` | 1 stable, 0 not stable | truth not known |
+//! | `validity` | a name of [`VALIDITIES`]: what the source knew about the sample | valid |
 //!
 //! Other columns are ignored, and named in a notice. The sample rate is that of the times between
-//! rows, gaps left out, or the one that is given; where there are both they agree within 1 %.
+//! rows without the gaps: the roundest number of Hz that they allow. Or it is the one that is
+//! given; where there are both they agree within 1 %.
 
-use estimator_core::{Axis, Gravity, Load, Timestamp, Validity};
+use estimator_core::{Axis, Gravity, Load, Saturation, Timestamp, Validity};
 
 use super::error::{HeaderSlip, InputError};
 use super::table::{Row, Table};
@@ -31,6 +33,22 @@ pub(crate) const MILLISECONDS_HINT: &str = "; column t looks like milliseconds, 
 
 /// Said where times make sense as microseconds only.
 pub(crate) const MICROSECONDS_HINT: &str = "; column t looks like microseconds, but is in s";
+
+/// What can stand in the column `validity`.
+pub const VALIDITIES: [(&str, Validity); 6] = [
+    ("valid", Validity::Valid),
+    (
+        "accelerometer_saturated",
+        Validity::Saturated(Saturation::Accelerometer),
+    ),
+    (
+        "gyroscope_saturated",
+        Validity::Saturated(Saturation::Gyroscope),
+    ),
+    ("both_saturated", Validity::Saturated(Saturation::Both)),
+    ("stale", Validity::Stale),
+    ("invalid", Validity::Invalid),
+];
 
 /// Reads a table with a header.
 ///
@@ -84,7 +102,8 @@ pub(super) fn is_header(row: &Row) -> bool {
 }
 
 fn is_known(name: &str) -> bool {
-    ["t", "force", "label"].contains(&name) || Axis::ALL.iter().any(|axis| axis.name() == name)
+    ["t", "force", "label", "validity"].contains(&name)
+        || Axis::ALL.iter().any(|axis| axis.name() == name)
 }
 
 /// What a header's names are mistakenly separated by.
@@ -98,6 +117,7 @@ struct Columns {
     axes: [Option<usize>; 6],
     force: Option<usize>,
     label: Option<usize>,
+    validity: Option<usize>,
     ignored: Vec<String>,
     duplicate: Option<(usize, String)>,
 }
@@ -115,6 +135,7 @@ impl Columns {
                 "t" => &mut columns.t,
                 "force" => &mut columns.force,
                 "label" => &mut columns.label,
+                "validity" => &mut columns.validity,
                 _ => match Axis::ALL.iter().position(|axis| axis.name() == name) {
                     Some(axis) => &mut columns.axes[axis],
                     None => {
@@ -199,8 +220,12 @@ impl Columns {
             (Some(index), Some(value)) => Some(label(row, index, value)?),
             _ => None,
         };
+        let validity = match self.validity {
+            Some(index) => validity(row, index)?,
+            None => Validity::Valid,
+        };
         Ok(RecordedSample {
-            imu: imu_sample(Timestamp::default(), axes, Validity::Valid),
+            imu: imu_sample(Timestamp::default(), axes, validity),
             load: force
                 .filter(|force| force.is_finite())
                 .map(|force| Load(force as f32)),
@@ -221,6 +246,22 @@ pub(super) fn label(row: &Row, index: usize, value: f64) -> Result<Label, InputE
             text: row.text(index).to_owned(),
         })
     }
+}
+
+/// The validity in column `index`.
+fn validity(row: &Row, index: usize) -> Result<Validity, InputError> {
+    let text = row.text(index);
+    if text.is_empty() {
+        return Ok(Validity::Valid);
+    }
+    VALIDITIES
+        .into_iter()
+        .find(|(name, _)| *name == text)
+        .map(|(_, validity)| validity)
+        .ok_or_else(|| InputError::Validity {
+            cell: row.cell(index, "validity"),
+            text: text.to_owned(),
+        })
 }
 
 /// The time in column `index`, rounded to a microsecond.
@@ -291,8 +332,11 @@ fn agree(measured: f64, given: f32) -> bool {
     (f64::from(given) - measured).abs() <= RATE_TOLERANCE * measured
 }
 
-/// One over the mean time between rows, Hz, over the steps that are within half of their median:
-/// a gap does not move it, and jitter averages out, which it does not in the median itself.
+/// The rate in Hz that the times between rows tell, gaps left out.
+///
+/// Rows may stand up to a fraction of a period off their places, as samples do that wait for a
+/// sensor with a clock of its own. So the rate is one over the mean time, and what can be known of
+/// it ends where the rows' places do: of the rates within that, it is the roundest.
 fn measured_rate(times: &[Timestamp]) -> Option<f64> {
     let mut steps: Vec<u64> = times
         .windows(2)
@@ -301,11 +345,29 @@ fn measured_rate(times: &[Timestamp]) -> Option<f64> {
     if steps.is_empty() {
         return None;
     }
-    let middle = steps.len() / 2;
-    let median = *steps.select_nth_unstable(middle).1;
+    let all = steps.len();
+    let median = *steps.select_nth_unstable(all / 2).1;
     steps.retain(|step| 2 * step.abs_diff(median) <= median);
-    let duration: u64 = steps.iter().sum();
-    Some(1.0e6 * steps.len() as f64 / duration as f64)
+    let (shortest, longest) = (steps.iter().min()?, steps.iter().max()?);
+    let runs = (all - steps.len() + 1) as f64;
+    let count = steps.len() as f64;
+    let mean = steps.iter().sum::<u64>() as f64 / count;
+    let uncertainty = runs * (longest - shortest) as f64 / count;
+    Some(roundest(
+        1.0e6 / (mean + uncertainty),
+        1.0e6 / mean,
+        1.0e6 / (mean - uncertainty).max(1.0),
+    ))
+}
+
+/// `rate`, or the multiple nearest to it of the largest power of ten that has one from `lowest`
+/// to `highest`.
+fn roundest(lowest: f64, rate: f64, highest: f64) -> f64 {
+    [1.0e4, 1.0e3, 1.0e2, 1.0e1, 1.0]
+        .into_iter()
+        .map(|unit| (rate / unit).round() * unit)
+        .find(|round| *round > 0.0 && (lowest..=highest).contains(round))
+        .unwrap_or(rate)
 }
 
 #[cfg(test)]
@@ -419,6 +481,21 @@ mod tests {
     }
 
     #[test]
+    fn rows_that_wait_for_a_sensors_edges_have_the_rate_of_their_ticks() {
+        for period in [146, 150, 153, 155] {
+            for rows in [50, 500, 5_000] {
+                let edge = |tick: u64| (tick * 1000).next_multiple_of(period);
+                let times: Vec<_> = (0..rows).map(edge).map(Timestamp::from_micros).collect();
+                assert_eq!(
+                    measured_rate(&times),
+                    Some(1000.0),
+                    "{period} µs, {rows} rows"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn jitter_does_not_bias_the_rate() {
         // Rarely late by a little, made up for by few short steps: the median is 1003 µs.
         let steps = [1003, 1003, 1003, 991].into_iter().cycle().take(4000);
@@ -436,6 +513,27 @@ mod tests {
     fn a_rate_that_is_no_number_agrees_with_no_times() {
         let times = [0, 10_000, 20_000].map(Timestamp::from_micros);
         assert!(sample_rate(&times, Some(f32::NAN), "x").is_err());
+    }
+
+    #[test]
+    fn a_validity_is_kept_by_name_and_a_name_nobody_knows_is_an_error() {
+        let table = |cell: &str| {
+            format!("t,ax,ay,az,wx,wy,wz,validity\n0,1,2,3,4,5,6,{cell}\n1,0,0,0,0,0,0,\n")
+        };
+        for (name, validity) in VALIDITIES {
+            let samples = loaded(table(name)).recording.samples;
+            assert_eq!(
+                [samples[0].imu.validity, samples[1].imu.validity],
+                [validity, Validity::Valid]
+            );
+        }
+        let error = read_text(table("maybe"), &Hints::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.ends_with(", line 2, column 8 (validity): \"maybe\" where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"),
+            "{error}"
+        );
     }
 
     #[test]

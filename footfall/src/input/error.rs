@@ -142,6 +142,16 @@ pub enum InputError {
         /// What it holds.
         text: String,
     },
+    /// A validity has a name that means nothing here.
+    #[error(
+        "{cell}: {text:?} where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"
+    )]
+    Validity {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        text: String,
+    },
     /// A time is not finite, or too far from zero.
     #[error(
         "{cell}: {text} is no time in s: {0:e} to {MAX_TIME_S:e} is expected",

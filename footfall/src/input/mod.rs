@@ -32,7 +32,7 @@ pub enum Format {
     PceAtlas,
     /// Real GO1 of the method's authors: force and IMU in g and °/s, no header, 250 Hz
     PceGo1,
-    /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label (s, m/s², rad/s, N, 0/1)
+    /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1)
     Csv,
 }
 

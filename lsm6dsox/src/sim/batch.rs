@@ -103,10 +103,11 @@ impl Fifo {
     /// `FIFO_STATUS2`; reading it forgets the latched overrun.
     pub(super) fn status2(&mut self, watermark: u16) -> u8 {
         fifo_status2::DIFF_FIFO.place(self.level().to_le_bytes()[1])
-            | fifo_status2::FIFO_WTM_IA.flag(self.reached(watermark))
-            | fifo_status2::FIFO_FULL_IA.flag(self.level() >= CAPACITY - 1)
-            | fifo_status2::FIFO_OVR_IA.flag(self.overrun)
-            | fifo_status2::OVER_RUN_LATCHED.flag(core::mem::take(&mut self.overrun_latched))
+            | fifo_status2::FIFO_WTM_IA.place(u8::from(self.reached(watermark)))
+            | fifo_status2::FIFO_FULL_IA.place(u8::from(self.level() >= CAPACITY - 1))
+            | fifo_status2::FIFO_OVR_IA.place(u8::from(self.overrun))
+            | fifo_status2::OVER_RUN_LATCHED
+                .place(u8::from(core::mem::take(&mut self.overrun_latched)))
     }
 }
 
@@ -128,6 +129,24 @@ mod tests {
         assert!(fifo_status2::FIFO_OVR_IA.is_set(status));
         assert!(!fifo_status2::OVER_RUN_LATCHED.is_set(fifo.status2(0)));
         assert_eq!(fifo.read(1), 1);
+    }
+
+    #[test]
+    fn a_fifo_that_is_cleared_is_as_it_was_at_first() {
+        let mut fifo = Fifo::new();
+        for _ in 0..=CAPACITY {
+            fifo.next_slot();
+            fifo.push(Mode::Continuous, tag::GYRO, [1; 6]);
+        }
+        fifo.clear();
+        assert_eq!((fifo.level(), fifo.status1(), fifo.status2(1)), (0, 0, 0));
+        // Slot 1 comes first again; slot 0 leaves tag 2 to be made even.
+        fifo.next_slot();
+        fifo.push(Mode::Continuous, tag::ACCEL, [0; 6]);
+        assert_eq!(fifo.read(0), 0x12);
+        fifo.clear();
+        fifo.push(Mode::Continuous, tag::ACCEL, [0; 6]);
+        assert_eq!(fifo.read(0), 0x11);
     }
 
     #[test]

@@ -3,6 +3,15 @@
 use super::part::{Busy, Part};
 use crate::register::{self, Register, ctrl3_c, ctrl4_c, ctrl10_c, status_reg};
 
+/// What `BDU` makes of a new value while a word is half read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Update {
+    /// It goes into the outputs at once.
+    Continuous,
+    /// It waits for the other half.
+    Blocked,
+}
+
 /// One 16-bit output.
 #[derive(Clone, Copy, Debug, Default)]
 struct Word {
@@ -12,9 +21,10 @@ struct Word {
 }
 
 impl Word {
-    const fn update(&mut self, value: i16, block: bool) {
-        if !(block && self.half_read.is_some()) {
-            self.value = value;
+    const fn update(&mut self, value: i16, update: Update) {
+        match (update, self.half_read) {
+            (Update::Blocked, Some(_)) => {}
+            _ => self.value = value,
         }
     }
 
@@ -37,18 +47,18 @@ pub(super) struct Words {
 }
 
 impl Words {
-    pub(super) fn update_temperature(&mut self, code: i16, block: bool) {
-        self.words[0].update(code, block);
+    pub(super) fn update_temperature(&mut self, code: i16, update: Update) {
+        self.words[0].update(code, update);
         self.temperature_fresh = true;
     }
 
-    pub(super) fn update_gyro(&mut self, codes: Option<[i16; 3]>, block: bool) {
-        update(&mut self.words[1..4], codes, block);
+    pub(super) fn update_gyro(&mut self, codes: Option<[i16; 3]>, update: Update) {
+        update_all(&mut self.words[1..4], codes, update);
         self.gyro_fresh = true;
     }
 
-    pub(super) fn update_accel(&mut self, codes: Option<[i16; 3]>, block: bool) {
-        update(&mut self.words[4..7], codes, block);
+    pub(super) fn update_accel(&mut self, codes: Option<[i16; 3]>, update: Update) {
+        update_all(&mut self.words[4..7], codes, update);
         self.accel_fresh = true;
     }
 
@@ -61,9 +71,9 @@ impl Words {
     }
 
     fn status(&self) -> u8 {
-        status_reg::XLDA.flag(self.accel_fresh)
-            | status_reg::GDA.flag(self.gyro_fresh)
-            | status_reg::TDA.flag(self.temperature_fresh)
+        status_reg::XLDA.place(u8::from(self.accel_fresh))
+            | status_reg::GDA.place(u8::from(self.gyro_fresh))
+            | status_reg::TDA.place(u8::from(self.temperature_fresh))
     }
 
     /// A byte of an output; reading a high byte makes its sample old.
@@ -80,9 +90,9 @@ impl Words {
     }
 }
 
-fn update(words: &mut [Word], codes: Option<[i16; 3]>, block: bool) {
+fn update_all(words: &mut [Word], codes: Option<[i16; 3]>, update: Update) {
     for (word, code) in words.iter_mut().zip(codes.into_iter().flatten()) {
-        word.update(code, block);
+        word.update(code, update);
     }
 }
 

@@ -3,6 +3,7 @@
 use super::clock::Clock;
 use super::filter::{LowPass, State};
 use super::random::Random;
+use crate::register::ctrl2_g;
 use crate::scale::{AccelFullScale, DEGREE, GyroFullScale, STANDARD_GRAVITY};
 
 /// How a channel is set.
@@ -148,9 +149,10 @@ pub(super) fn accel_full_scale(fs_xl: u8) -> AccelFullScale {
         .unwrap_or_default()
 }
 
-/// Full scale from `FS_G` and `FS_125`.
-pub(super) fn gyro_full_scale(fs_g: u8, fs_125: bool) -> GyroFullScale {
-    if fs_125 {
+/// Full scale from `CTRL2_G`.
+pub(super) fn gyro_full_scale(ctrl2: u8) -> GyroFullScale {
+    let fs_g = ctrl2_g::FS_G.of(ctrl2);
+    if ctrl2_g::FS_125.is_set(ctrl2) {
         return GyroFullScale::Dps125;
     }
     GyroFullScale::ALL
@@ -197,8 +199,9 @@ mod tests {
             assert_eq!(accel_full_scale(full_scale.code()), full_scale);
         }
         for full_scale in GyroFullScale::ALL {
-            let fs_125 = full_scale == GyroFullScale::Dps125;
-            assert_eq!(gyro_full_scale(full_scale.code(), fs_125), full_scale);
+            let fs_125 = u8::from(full_scale == GyroFullScale::Dps125);
+            let ctrl2 = ctrl2_g::FS_G.place(full_scale.code()) | ctrl2_g::FS_125.place(fs_125);
+            assert_eq!(gyro_full_scale(ctrl2), full_scale);
         }
     }
 

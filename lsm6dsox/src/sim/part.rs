@@ -3,7 +3,7 @@
 use std::boxed::Box;
 
 use super::batch::{Fifo, Mode};
-use super::bus::{Phase, Words};
+use super::bus::{Phase, Update, Words};
 use super::channel::{self, Channel};
 use super::clock::Clock;
 use super::fault::{Fault, Faults};
@@ -30,6 +30,9 @@ const ACCEL_TURN_ON_NS: u64 = 5_000_000;
 /// Ticks from one temperature to the next: 52 Hz.
 const TEMPERATURE_DIVIDER: u64 = 128;
 
+/// Where offsets are given and the temperature's code is 0, °C \[P\].
+const REFERENCE_TEMPERATURE: f64 = 25.0;
+
 /// What one specimen is like.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartOptions {
@@ -42,10 +45,14 @@ pub struct PartOptions {
     /// Whether there is noise. It takes three quarters of a run's time: with it, an hour
     /// of 24 million ticks takes some seconds.
     pub noise: bool,
-    /// Zero-g offset, m/s².
+    /// Zero-g offset at 25 °C, m/s².
     pub accel_bias: [f64; 3],
-    /// Zero-rate offset, rad/s.
+    /// Zero-rate offset at 25 °C, rad/s.
     pub gyro_bias: [f64; 3],
+    /// Change of the zero-g offset with temperature, m/s² per °C.
+    pub accel_drift: [f64; 3],
+    /// Change of the zero-rate offset with temperature, rad/s per °C.
+    pub gyro_drift: [f64; 3],
     /// Change of the accelerometer under its test signal, m/s².
     pub accel_test_signal: [f64; 3],
     /// Change of the gyroscope under its test signal, rad/s.
@@ -55,7 +62,7 @@ pub struct PartOptions {
 }
 
 impl Default for PartOptions {
-    /// A part without error or offset, with noise and 500 ns of jitter; 0.5 g and 400 °/s of
+    /// A part without error, offset or drift, with noise and 500 ns of jitter; 0.5 g and 400 °/s of
     /// test signal; transfers take no time.
     fn default() -> Self {
         Self {
@@ -65,11 +72,32 @@ impl Default for PartOptions {
             noise: true,
             accel_bias: [0.0; 3],
             gyro_bias: [0.0; 3],
+            accel_drift: [0.0; 3],
+            gyro_drift: [0.0; 3],
             accel_test_signal: [0.5 * f64::from(STANDARD_GRAVITY); 3],
             gyro_test_signal: [400.0 * f64::from(DEGREE); 3],
             byte_time_ns: 0,
         }
     }
+}
+
+impl PartOptions {
+    /// The zero-g offset at a temperature in °C, m/s².
+    #[must_use]
+    pub fn accel_offset(&self, temperature: f64) -> [f64; 3] {
+        offset(self.accel_bias, self.accel_drift, temperature)
+    }
+
+    /// The zero-rate offset at a temperature in °C, rad/s.
+    #[must_use]
+    pub fn gyro_offset(&self, temperature: f64) -> [f64; 3] {
+        offset(self.gyro_bias, self.gyro_drift, temperature)
+    }
+}
+
+fn offset(bias: [f64; 3], drift: [f64; 3], temperature: f64) -> [f64; 3] {
+    let warmth = temperature - REFERENCE_TEMPERATURE;
+    core::array::from_fn(|axis| bias[axis] + drift[axis] * warmth)
 }
 
 /// What keeps the part from answering.
@@ -212,10 +240,9 @@ impl Part {
         self.next_tick = self.clock.next_tick(self.now_ns * 1000);
     }
 
-    /// All settings gone, and busy for a while.
+    /// All settings gone, with them what the FIFO holds, and busy for a while.
     fn restart(&mut self, busy: Busy, duration_ns: u64) {
         self.memory.reset();
-        self.fifo.clear();
         self.words = Words::default();
         self.timestamp_zero = None;
         self.settings_changed();
@@ -258,32 +285,36 @@ impl Part {
             temperature,
         } = self.motion.at(tick_ps as f64 * 1.0e-12);
         let add = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|axis| a[axis] + b[axis]);
-        let block = ctrl3_c::BDU.is_set(self.memory.get(register::CTRL3_C));
+        let update = if ctrl3_c::BDU.is_set(self.memory.get(register::CTRL3_C)) {
+            Update::Blocked
+        } else {
+            Update::Continuous
+        };
         let mut noise = self.options.noise.then_some(&mut self.noise);
 
         let mut gyro_sample = false;
         if self.gyro.is_on() {
-            let input = add(angular_rate, self.options.gyro_bias);
+            let input = add(angular_rate, self.options.gyro_offset(temperature));
             gyro_sample = self.gyro.tick(tick, tick_ns, input, noise.as_deref_mut());
         }
         let mut accel_sample = false;
         if self.accel.is_on() {
-            let input = add(specific_force, self.options.accel_bias);
+            let input = add(specific_force, self.options.accel_offset(temperature));
             accel_sample = self.accel.tick(tick, tick_ns, input, noise);
         }
         if gyro_sample {
             self.gyro_edge_ns = Some(tick_ns);
             let codes = self.broken(self.gyro.codes);
-            self.words.update_gyro(codes, block);
+            self.words.update_gyro(codes, update);
         }
         if accel_sample {
             self.accel_edge_ns = Some(tick_ns);
             let codes = self.broken(self.accel.codes);
-            self.words.update_accel(codes, block);
+            self.words.update_accel(codes, update);
         }
         if tick.is_multiple_of(TEMPERATURE_DIVIDER) {
-            let code = libm::floor((temperature - 25.0) * 256.0 + 0.5) as i16;
-            self.words.update_temperature(code, block);
+            let code = libm::floor((temperature - REFERENCE_TEMPERATURE) * 256.0 + 0.5) as i16;
+            self.words.update_temperature(code, update);
         }
         self.batch(tick, tick_ps);
     }

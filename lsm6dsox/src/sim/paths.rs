@@ -40,8 +40,7 @@ impl Part {
     pub(super) fn gyro_setting(&self) -> Setting {
         let ctrl2 = self.memory.get(register::CTRL2_G);
         let odr_code = ctrl2_g::ODR_G.of(ctrl2);
-        let full_scale =
-            channel::gyro_full_scale(ctrl2_g::FS_G.of(ctrl2), ctrl2_g::FS_125.is_set(ctrl2));
+        let full_scale = channel::gyro_full_scale(ctrl2);
         let filter = if ctrl4_c::LPF1_SEL_G.is_set(self.memory.get(register::CTRL4_C)) {
             let ftype = ctrl6_c::FTYPE.of(self.memory.get(register::CTRL6_C));
             GyroFilter::Lpf1(Ftype::ALL[usize::from(ftype)])

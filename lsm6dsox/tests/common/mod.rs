@@ -12,6 +12,8 @@ pub const QUIET: PartOptions = PartOptions {
     noise: false,
     accel_bias: [0.0; 3],
     gyro_bias: [0.0; 3],
+    accel_drift: [0.0; 3],
+    gyro_drift: [0.0; 3],
     accel_test_signal: [4.9; 3],
     gyro_test_signal: [7.0; 3],
     byte_time_ns: 0,

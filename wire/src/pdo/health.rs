@@ -4,15 +4,19 @@
 //! |---|---|
 //! | 0 | the estimator's flags: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap |
 //! | 1 | error register (object 0x1001) |
-//! | 2, 3 | frames dropped before they got onto CAN or UART, modulo 2¹⁶ |
-//! | 4 to 7 | the foot's clock when the last SYNC came, µs modulo 2³²; 0 before the first |
+//! | 2 | frames dropped before they got onto CAN or UART, modulo 2⁸ |
+//! | 3 | the counter of the last SYNC; 0 where it had none, and before the first |
+//! | 4 to 7 | the foot's clock when that SYNC came, 10 µs, modulo 2³²; 0 before the first |
 //!
-//! A SYNC reaches all feet at the same moment, so the difference of two feet's bytes 4 to 7 is
-//! the difference of their clocks.
+//! A SYNC reaches all feet at the same moment: where two feet tell of the same SYNC, the
+//! difference of their bytes 4 to 7 is the difference of their clocks. Which SYNC it was, byte 3
+//! says, so the master has to number its SYNCs (object 0x1019 of the master). Bytes 4 and 5 are
+//! the [`ShortTime`](super::ShortTime) of that moment, so the samples of both feet are on one
+//! clock with it.
 
-use estimator_core::{Flag, Flags, Timestamp};
+use estimator_core::{Flag, Flags};
 
-use super::{Mapped, Signal};
+use super::{LongTime, Mapped, Signal};
 use crate::dictionary::index;
 
 /// The contents of TPDO7.
@@ -22,21 +26,30 @@ pub struct Health {
     pub flags: u8,
     /// The error register.
     pub register: u8,
-    /// Frames dropped, modulo 2¹⁶.
-    pub dropped: u16,
-    /// The foot's clock when the last SYNC came, µs modulo 2³².
-    pub sync_time: u32,
+    /// Frames dropped, modulo 2⁸.
+    pub dropped: u8,
+    /// The last SYNC.
+    pub sync: LastSync,
+}
+
+/// A SYNC and when it came.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LastSync {
+    /// Its counter, 1 to 240; 0 where it had none, and before the first.
+    pub counter: u8,
+    /// The foot's clock when it came.
+    pub time: LongTime,
 }
 
 impl Health {
     /// The frame for these flags, this error register, these drops and this last SYNC.
     #[must_use]
-    pub fn new(flags: Flags, register: u8, dropped: u32, sync: Option<Timestamp>) -> Self {
+    pub fn new(flags: Flags, register: u8, dropped: u32, sync: LastSync) -> Self {
         Self {
             flags: flags.bits(),
             register,
-            dropped: dropped as u16,
-            sync_time: sync.map_or(0, |time| time.as_micros() as u32),
+            dropped: dropped as u8,
+            sync,
         }
     }
 
@@ -49,21 +62,23 @@ impl Health {
     /// The frame's bytes.
     #[must_use]
     pub fn encode(&self) -> [u8; 8] {
-        let [dropped_low, dropped_high] = self.dropped.to_le_bytes();
-        let [a, b, c, d] = self.sync_time.to_le_bytes();
-        let (flags, register) = (self.flags, self.register);
-        [flags, register, dropped_low, dropped_high, a, b, c, d]
+        let [a, b, c, d] = self.sync.time.0.to_le_bytes();
+        let (flags, register, dropped) = (self.flags, self.register, self.dropped);
+        [flags, register, dropped, self.sync.counter, a, b, c, d]
     }
 
     /// The frame with these bytes, whatever they are.
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
-        let [flags, register, dropped_low, dropped_high, a, b, c, d] = *bytes;
+        let [flags, register, dropped, counter, a, b, c, d] = *bytes;
         Self {
             flags,
             register,
-            dropped: u16::from_le_bytes([dropped_low, dropped_high]),
-            sync_time: u32::from_le_bytes([a, b, c, d]),
+            dropped,
+            sync: LastSync {
+                counter,
+                time: LongTime(u32::from_le_bytes([a, b, c, d])),
+            },
         }
     }
 }
@@ -71,8 +86,9 @@ impl Health {
 pub(super) const MAPPING: &[Mapped] = &[
     Mapped::new(index::HEALTH, 1, 8),
     Mapped::new(index::ERROR_REGISTER, 0, 8),
-    Mapped::new(index::HEALTH, 2, 16),
-    Mapped::new(index::HEALTH, 3, 32),
+    Mapped::new(index::HEALTH, 2, 8),
+    Mapped::new(index::HEALTH, 3, 8),
+    Mapped::new(index::HEALTH, 4, 32),
 ];
 
 pub(super) const SIGNALS: &[Signal] = &[
@@ -94,18 +110,26 @@ pub(super) const SIGNALS: &[Signal] = &[
     Signal::unsigned(
         "Dropped",
         16,
-        16,
+        8,
         1.0,
         "",
-        "Frames replaced by newer ones before they got onto CAN or UART; wraps after 65535.",
+        "Frames replaced by newer ones before they got onto CAN or UART; wraps after 255.",
+    ),
+    Signal::unsigned(
+        "SyncCounter",
+        24,
+        8,
+        1.0,
+        "",
+        "The counter of the last SYNC; 0 where it had none, and before the first.",
     ),
     Signal::unsigned(
         "SyncTime",
         32,
         32,
-        1.0,
-        "us",
-        "The foot's clock when the last SYNC came; 0 before the first.",
+        super::TIME_STEP_US as f64 / 1000.0,
+        "ms",
+        "The foot's clock when the SYNC of SyncCounter came; 0 before the first. Modulo 655.36 ms it is a Timestamp.",
     ),
 ];
 
@@ -116,11 +140,14 @@ mod tests {
     #[test]
     fn golden_bytes() {
         let flags = Flags::NONE.with(Flag::Stale).with(Flag::TimeGap);
-        let sync = Some(Timestamp::from_micros(0x5_1234_5678));
+        let sync = LastSync {
+            counter: 240,
+            time: LongTime(0x1234_5678),
+        };
         let health = Health::new(flags, 0x81, 0x1_0203, sync);
         assert_eq!(
             health.encode(),
-            [0x28, 0x81, 0x03, 0x02, 0x78, 0x56, 0x34, 0x12]
+            [0x28, 0x81, 0x03, 240, 0x78, 0x56, 0x34, 0x12]
         );
         assert_eq!(Health::decode(&health.encode()), health);
         assert!(health.contains(Flag::Stale) && !health.contains(Flag::Saturated));

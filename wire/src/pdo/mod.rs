@@ -14,7 +14,7 @@ mod signal;
 
 pub use axes::Axes;
 pub use contact::{Contact, Status};
-pub use health::Health;
+pub use health::{Health, LastSync};
 pub use load::Load;
 pub use motion::{Acceleration, Attitude, Bias, Rate};
 pub use quantity::{
@@ -26,7 +26,7 @@ use crate::dictionary::{Address, index};
 use crate::foot::NodeId;
 
 mod time;
-pub use time::{ShortTime, TIME_STEP_US, Unwrapper};
+pub use time::{LongTime, ShortTime, TIME_STEP_US, Unwrapper};
 
 /// A transmit PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,7 +11,7 @@
 //! TPDO3, attitude, has no room for a time: w, x, y, z in 1/32767, of the sample whose TPDO1 the
 //! foot sent last.
 
-use estimator_core::{ContactEstimate, Quaternion, Vec3};
+use estimator_core::{ContactEstimate, Flag, Quaternion, Vec3};
 
 use super::signal::{ACCELERATION_UNIT, RATE_UNIT, UNIT};
 use super::{
@@ -19,6 +19,7 @@ use super::{
     TIMESTAMP, UNIT_STEP,
 };
 use crate::dictionary::index;
+use crate::fault::Faults;
 
 /// Four words as bytes.
 fn words([a, b, c, d]: [u16; 4]) -> [u8; 8] {
@@ -30,6 +31,20 @@ fn words([a, b, c, d]: [u16; 4]) -> [u8; 8] {
 /// Bytes as four words.
 fn from_bytes([a0, a1, b0, b1, c0, c1, d0, d1]: [u8; 8]) -> [u16; 4] {
     [[a0, a1], [b0, b1], [c0, c1], [d0, d1]].map(u16::from_le_bytes)
+}
+
+/// Whether anybody knows how the foot moves: no fault of the sensor voids the estimate, up is
+/// known, and the newest sample is one.
+fn is_known(estimate: &ContactEstimate, faults: Faults) -> bool {
+    let unknown = [
+        Flag::AttitudeNotInitialised,
+        Flag::Stale,
+        Flag::InvalidSample,
+    ];
+    let flagged = unknown
+        .into_iter()
+        .any(|flag| estimate.flags.contains(flag));
+    !faults.void_estimate() && !flagged
 }
 
 fn codes(vector: Vec3, step: f64) -> [Quantity; 3] {
@@ -46,9 +61,12 @@ fn vector(codes: [Quantity; 3], step: f64) -> Vec3 {
 pub struct Attitude(pub [Quantity; 4]);
 
 impl Attitude {
-    /// The frame for an estimate.
+    /// The frame for an estimate while `faults` last; without values where it is not known.
     #[must_use]
-    pub fn new(estimate: &ContactEstimate) -> Self {
+    pub fn new(estimate: &ContactEstimate, faults: Faults) -> Self {
+        if !is_known(estimate, faults) {
+            return Self([Quantity::NONE; 4]);
+        }
         let Quaternion { w, x, y, z } = estimate.orientation;
         Self([w, x, y, z].map(|value| Quantity::new(value, UNIT_STEP)))
     }
@@ -86,11 +104,16 @@ macro_rules! timed_vector {
         }
 
         impl $name {
-            /// The frame for an estimate.
+            /// The frame for an estimate while `faults` last; without values where it is not known.
             #[must_use]
-            pub fn new(estimate: &ContactEstimate) -> Self {
+            pub fn new(estimate: &ContactEstimate, faults: Faults) -> Self {
+                let known = is_known(estimate, faults);
                 Self {
-                    codes: codes(estimate.$field.0, $step),
+                    codes: if known {
+                        codes(estimate.$field.0, $step)
+                    } else {
+                        [Quantity::NONE; 3]
+                    },
                     timestamp: estimate.timestamp.into(),
                 }
             }
@@ -149,12 +172,21 @@ pub struct Bias {
 }
 
 impl Bias {
-    /// The frame for an estimate and a temperature in °C.
+    /// The frame for an estimate and a temperature in °C while `faults` last; without values where
+    /// they are not known.
     #[must_use]
-    pub fn new(estimate: &ContactEstimate, temperature: f32) -> Self {
+    pub fn new(estimate: &ContactEstimate, temperature: f32, faults: Faults) -> Self {
         Self {
-            codes: codes(estimate.gyro_bias.0, BIAS_STEP),
-            temperature: Quantity::new(temperature, TEMPERATURE_STEP),
+            codes: if is_known(estimate, faults) {
+                codes(estimate.gyro_bias.0, BIAS_STEP)
+            } else {
+                [Quantity::NONE; 3]
+            },
+            temperature: if faults.void_estimate() {
+                Quantity::NONE
+            } else {
+                Quantity::new(temperature, TEMPERATURE_STEP)
+            },
         }
     }
 
@@ -220,7 +252,7 @@ pub(super) const ATTITUDE_SIGNALS: &[Signal] = &[
     Signal::quantity("QuaternionZ", 48, UNIT, "", ORIENTATION),
 ];
 
-const ACCELERATED: &str = "Acceleration without gravity, sensor frame; 0 where it is not known.";
+const ACCELERATED: &str = "Acceleration without gravity, sensor frame.";
 
 pub(super) const ACCELERATION_SIGNALS: &[Signal] = &[
     Signal::quantity(
@@ -247,7 +279,7 @@ pub(super) const ACCELERATION_SIGNALS: &[Signal] = &[
     Signal::timestamp(48),
 ];
 
-const TURNING: &str = "Angular rate without bias, sensor frame; 0 where it is not known.";
+const TURNING: &str = "Angular rate without bias, sensor frame.";
 
 pub(super) const RATE_SIGNALS: &[Signal] = &[
     Signal::quantity("RateX", 0, RATE_STEP, RATE_UNIT, TURNING),
@@ -274,7 +306,8 @@ pub(super) const BIAS_SIGNALS: &[Signal] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::{AngularRate, LinearAcceleration, Timestamp};
+    use crate::fault::Fault;
+    use estimator_core::{AngularRate, Flags, LinearAcceleration, Timestamp};
 
     fn estimate() -> ContactEstimate {
         ContactEstimate {
@@ -296,38 +329,71 @@ mod tests {
     fn golden_bytes() {
         let estimate = estimate();
         assert_eq!(
-            Attitude::new(&estimate).encode(),
+            Attitude::new(&estimate, Faults::NONE).encode(),
             [0x00, 0x40, 0x00, 0xC0, 0xFF, 0x7F, 0x01, 0x80]
         );
         assert_eq!(
-            Acceleration::new(&estimate).encode(),
+            Acceleration::new(&estimate, Faults::NONE).encode(),
             [100, 0, 0x9C, 0xFF, 0xFF, 0x7F, 0xD1, 0x01]
         );
         assert_eq!(
-            Rate::new(&estimate).encode(),
+            Rate::new(&estimate, Faults::NONE).encode(),
             [100, 0, 0xF0, 0x92, 0x00, 0x80, 0xD1, 0x01]
         );
         assert_eq!(
-            Bias::new(&estimate, 25.5).encode(),
+            Bias::new(&estimate, 25.5, Faults::NONE).encode(),
             [100, 0, 0x9C, 0xFF, 0, 0, 0xF6, 0x09]
         );
     }
 
     #[test]
+    fn what_is_not_known_has_no_value() {
+        let all = |estimate: &ContactEstimate, faults| {
+            let Bias { codes, temperature } = Bias::new(estimate, 25.0, faults);
+            let motion = [
+                &Attitude::new(estimate, faults).0[..],
+                &Acceleration::new(estimate, faults).codes,
+                &Rate::new(estimate, faults).codes,
+                &codes,
+            ];
+            (motion.concat(), temperature)
+        };
+        let mut estimate = estimate();
+        estimate.angular_rate.0 = Vec3::default();
+        let known = all(&estimate, Faults::NONE.with(Fault::LateTick));
+        assert!(known.0.iter().all(|code| *code != Quantity::NONE));
+        let (motion, temperature) = all(&estimate, Faults::NONE.with(Fault::SensorFrozen));
+        assert!(motion.iter().all(|code| *code == Quantity::NONE));
+        assert_eq!(temperature, Quantity::NONE);
+        for flag in Flag::ALL {
+            estimate.flags = Flags::NONE.with(flag);
+            let (motion, temperature) = all(&estimate, Faults::NONE);
+            let unknown = matches!(
+                flag,
+                Flag::AttitudeNotInitialised | Flag::Stale | Flag::InvalidSample
+            );
+            for code in motion {
+                assert_eq!(code == Quantity::NONE, unknown, "{flag:?}");
+            }
+            assert_eq!(temperature, Quantity(2500));
+        }
+    }
+
+    #[test]
     fn decoding_gives_back_what_was_encoded() {
         let estimate = estimate();
-        let attitude = Attitude::new(&estimate);
+        let attitude = Attitude::new(&estimate, Faults::NONE);
         assert_eq!(Attitude::decode(&attitude.encode()), attitude);
         assert!((attitude.orientation().w - 0.5).abs() < 1.0 / 65_534.0 + 1e-7);
-        let acceleration = Acceleration::new(&estimate);
+        let acceleration = Acceleration::new(&estimate, Faults::NONE);
         assert_eq!(Acceleration::decode(&acceleration.encode()), acceleration);
         // The last one saturates.
         let error = acceleration.acceleration() - Vec3::new(1.0, -1.0, 327.67);
         assert!(error.is_within(1.0e-4), "off by {error:?}");
-        let rate = Rate::new(&estimate);
+        let rate = Rate::new(&estimate, Faults::NONE);
         assert_eq!(Rate::decode(&rate.encode()), rate);
         assert!(rate.rate().z.is_nan());
-        let bias = Bias::new(&estimate, -40.0);
+        let bias = Bias::new(&estimate, -40.0, Faults::NONE);
         assert_eq!(Bias::decode(&bias.encode()), bias);
         assert_eq!(bias.temperature(), -40.0);
     }

@@ -1,4 +1,4 @@
-//! The sample's time in 16 bits.
+//! Times on the foot's clock in 16 and in 32 bits, in the same steps.
 //!
 //! Steps of 10 µs since the foot's start, modulo 2¹⁶: it wraps every 655.36 ms. To unwrap, add to
 //! the last full time the difference of the short times modulo 2¹⁶. That is right as long as no
@@ -16,6 +16,25 @@ pub struct ShortTime(pub u16);
 impl From<Timestamp> for ShortTime {
     fn from(timestamp: Timestamp) -> Self {
         Self((timestamp.as_micros() / TIME_STEP_US) as u16)
+    }
+}
+
+/// A time in steps of 10 µs, modulo 2³² (almost twelve hours). Its low 16 bits are the
+/// [`ShortTime`] of the same moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LongTime(pub u32);
+
+impl LongTime {
+    /// The same moment in 16 bits.
+    #[must_use]
+    pub const fn short(self) -> ShortTime {
+        ShortTime(self.0 as u16)
+    }
+}
+
+impl From<Timestamp> for LongTime {
+    fn from(timestamp: Timestamp) -> Self {
+        Self((timestamp.as_micros() / TIME_STEP_US) as u32)
     }
 }
 
@@ -48,6 +67,18 @@ mod tests {
             let micros = 123 + tick * 1003;
             let full = unwrapper.unwrap(Timestamp::from_micros(micros).into());
             assert!(micros - full < TIME_STEP_US, "{micros} µs became {full}");
+        }
+    }
+
+    #[test]
+    fn a_long_time_ends_in_the_short_time_of_the_same_moment_for_ever() {
+        for hours in [0, 1, 2, 24, 10_000] {
+            let now = Timestamp::from_micros(hours * 3_600_000_000 + 7_654_321);
+            assert_eq!(
+                LongTime::from(now).short(),
+                ShortTime::from(now),
+                "{hours} h"
+            );
         }
     }
 

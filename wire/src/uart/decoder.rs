@@ -2,6 +2,7 @@
 
 use super::cobs::Decoding;
 use super::{Frame, Kind, MAX_DECODED, parse};
+use crate::sequence::missing_u16;
 
 /// Why something in the stream was dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,8 +65,8 @@ impl Drops {
     }
 }
 
-/// Takes bytes one by one and gives out frames. After any garbage it is back in step with the
-/// second zero byte at the latest: the first ends the garbage, the second ends a whole frame.
+/// Takes bytes one by one and gives out frames. Garbage before a frame costs nothing but itself: the
+/// zero at the frame's beginning ends it. So does a frame that lost its end.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     plain: [u8; MAX_DECODED],
@@ -146,11 +147,8 @@ impl Decoder {
     fn count_frame(&mut self, sequence: u16) {
         self.drops.frames = self.drops.frames.wrapping_add(1);
         if let Some(last) = self.last.replace(sequence) {
-            let missing = sequence.wrapping_sub(last).wrapping_sub(1);
-            // Not forwards: the other side has started anew.
-            if missing < 1 << 15 {
-                self.drops.missing = self.drops.missing.wrapping_add(u32::from(missing));
-            }
+            let missing = missing_u16(last, sequence);
+            self.drops.missing = self.drops.missing.wrapping_add(u32::from(missing));
         }
     }
 }
@@ -188,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn after_any_garbage_the_next_whole_frame_is_found() {
+    fn right_after_any_garbage_the_next_whole_frame_is_found() {
         let mut state = 7_u32;
         for length in 0..2000 {
             let mut stream: Vec<u8> = (0..length % 400)
@@ -197,7 +195,6 @@ mod tests {
                     (state >> 24) as u8
                 })
                 .collect();
-            stream.push(0);
             stream.extend(frame(5));
             let (frames, _) = decode(&stream);
             assert_eq!(frames, [5]);
@@ -207,7 +204,7 @@ mod tests {
     #[test]
     fn a_stream_that_starts_in_the_middle_of_a_frame_loses_only_that_one() {
         let stream = [frame(1), frame(2)].concat();
-        for start in 1..frame(1).len() {
+        for start in 2..frame(1).len() {
             let (frames, drops) = decode(&stream[start..]);
             assert_eq!(frames, [2]);
             assert!(drops.refused() <= 1);
@@ -217,8 +214,9 @@ mod tests {
     #[test]
     fn any_flipped_bit_is_noticed_and_counted() {
         let clean = frame(2);
-        // Flips in the last byte, the end, are the test after this one.
-        for bit in 0..8 * (clean.len() - 1) {
+        // Flips in the zero at the beginning damage nothing, those in the one at the end are the test
+        // after this one.
+        for bit in 8..8 * (clean.len() - 1) {
             let mut damaged = clean.clone();
             damaged[bit / 8] ^= 1 << (bit % 8);
             let (frames, drops) = decode(&[frame(1), damaged, frame(3)].concat());
@@ -229,12 +227,19 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_end_costs_two_frames_and_no_more() {
+    fn a_lost_or_damaged_zero_between_frames_costs_nothing() {
         let mut first = frame(1);
         first.pop();
+        let (frames, drops) = decode(&[first.clone(), frame(2), frame(3)].concat());
+        assert_eq!((frames, drops.refused()), ([1, 2, 3].to_vec(), 0));
+        first.push(0x55);
         let (frames, drops) = decode(&[first, frame(2), frame(3)].concat());
-        assert_eq!(frames, [3]);
-        assert_eq!(drops.refused(), 1);
+        assert_eq!((frames, drops.refused()), ([2, 3].to_vec(), 1));
+        // Both zeros gone: the two frames are one piece of garbage.
+        let (first, second) = (frame(1), frame(2));
+        let joined = [&first[..first.len() - 1], &second[1..], &frame(3)].concat();
+        let (frames, drops) = decode(&joined);
+        assert_eq!((frames, drops.refused()), ([3].to_vec(), 1));
     }
 
     #[test]
@@ -253,7 +258,9 @@ mod tests {
             decoder.push(byte);
         }
         assert!(!decoder.is_inside_frame());
-        for byte in &frame(2)[..3] {
+        decoder.push(0);
+        assert!(!decoder.is_inside_frame());
+        for byte in &frame(2)[1..4] {
             decoder.push(*byte);
             assert!(decoder.is_inside_frame());
         }
@@ -265,5 +272,18 @@ mod tests {
         stream.push(0);
         let (_, drops) = decode(&stream);
         assert_eq!(drops.garbage, 1);
+        // A whole frame with a long tail is none: what does not fit is not just left out.
+        let mut plain: Vec<u8> = std::vec![super::super::VERSION, 0x20, 0, 0, 1];
+        plain.resize(MAX_DECODED - 4, b'x');
+        let check = super::super::CRC.checksum(&plain).to_le_bytes();
+        plain.extend(check);
+        for tail in [0, 1, 90] {
+            let mut coded = ::cobs::encode_vec(&[&plain[..], &std::vec![7; tail]].concat());
+            coded.push(0);
+            let mut decoder = Decoder::new();
+            let found = coded.iter().find_map(|byte| decoder.push(*byte));
+            let too_long = found == Some(Err(Problem::TooLong));
+            assert_eq!(too_long, tail > 0, "{found:?}");
+        }
     }
 }

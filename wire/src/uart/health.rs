@@ -7,7 +7,7 @@
 //! | 9 | NMT state, as in the heartbeat: 0 starting, 4 stopped, 5 operational, 127 pre-operational |
 //! | 10 | node id; 255: none |
 //! | 11 | error register (object 0x1001) |
-//! | 12 to 15 | active faults: bit *i* is the fault of number *i* |
+//! | 12 to 15 | active faults: bit *i* is the fault of number *i*; a reader takes bits it does not know for faults of a newer version |
 //! | 16, 17 | the sensor's temperature, 0.01 °C, signed |
 //! | 18 to 61 | counters, 4 bytes each, in the order of object 0x2112 |
 
@@ -34,6 +34,8 @@ pub struct HealthMessage {
     pub id: Option<NodeId>,
     /// The active faults; the error register follows from them.
     pub faults: Faults,
+    /// Bits of faults that only a newer version knows; 0 from a board of this one.
+    pub unknown_faults: u32,
     /// The sensor's temperature, 0.01 °C.
     pub temperature: Quantity,
     /// What was counted.
@@ -49,8 +51,9 @@ impl HealthMessage {
         writer.u8(self.stage.code());
         writer.u8(self.state as u8);
         writer.u8(self.id.map_or(NO_ID, NodeId::get));
-        writer.u8(self.faults.register());
-        writer.u32(self.faults.bits());
+        let generic = u8::from(self.unknown_faults != 0);
+        writer.u8(self.faults.register() | generic);
+        writer.u32(self.faults.bits() | self.unknown_faults);
         writer.i16(self.temperature.0);
         for count in self.counters.to_array() {
             writer.u32(count);
@@ -66,7 +69,9 @@ impl HealthMessage {
             id => Some(NodeId::new(id)?),
         };
         let register = reader.u8()?;
-        let faults = Faults::from_bits(reader.u32()?);
+        let bits = reader.u32()?;
+        let faults = Faults::from_bits(bits);
+        let unknown_faults = bits & !faults.bits();
         let temperature = Quantity(reader.i16()?);
         let mut counts = [0; COUNTERS];
         for count in &mut counts {
@@ -78,11 +83,18 @@ impl HealthMessage {
             state,
             id,
             faults,
+            unknown_faults,
             temperature,
             counters: Counters::from_array(counts),
         };
-        // A register that contradicts the faults is of another version of this format.
-        (register == faults.register()).then_some(())?;
+        // A register that contradicts the faults is of another version of this format; those that
+        // are not known set bits of their own.
+        let known = if unknown_faults == 0 {
+            register
+        } else {
+            register & faults.register()
+        };
+        (known == faults.register()).then_some(())?;
         reader.finish(message)
     }
 }
@@ -101,6 +113,7 @@ mod tests {
             state: State::PreOperational,
             id: NodeId::new(0x12),
             faults: Faults::NONE.with(Fault::LateTick),
+            unknown_faults: 0,
             temperature: Quantity(-100),
             counters: Counters::from_array([1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]),
         };
@@ -118,6 +131,21 @@ mod tests {
         );
         let decoded = Message::decode(Kind::Health, &payload);
         assert_eq!(decoded, Some(Message::Health(message)));
+        // A newer board's fault does not make all the rest unreadable.
+        payload[15] = 0x40;
+        payload[11] = 0x83;
+        let newer = HealthMessage {
+            unknown_faults: 0x4000_0000,
+            ..message
+        };
+        let decoded = Message::decode(Kind::Health, &payload);
+        assert_eq!(decoded, Some(Message::Health(newer)));
+        payload[11] = 0x01;
+        assert_eq!(Message::decode(Kind::Health, &payload), None, "contradicts");
+        payload[15] = 0;
+        payload[11] = 0x83;
+        assert_eq!(Message::decode(Kind::Health, &payload), None, "contradicts");
+        payload[11] = 0x81;
         payload[8] = 99;
         assert_eq!(Message::decode(Kind::Health, &payload), None);
     }

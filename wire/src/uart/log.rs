@@ -111,6 +111,14 @@ mod tests {
     }
 
     #[test]
+    fn a_text_that_is_too_long_is_refused() {
+        for (length, fits) in [(MAX_LOG, true), (MAX_LOG + 1, false)] {
+            let payload = [&[1][..], &std::vec![b'x'; length]].concat();
+            assert_eq!(Message::decode(Kind::Log, &payload).is_some(), fits);
+        }
+    }
+
+    #[test]
     fn a_line_is_written_piece_by_piece() {
         let mut line = LogMessage::new(3, "P = ");
         write!(line, "{:.2}", 0.5).expect("writing never fails");

@@ -1,6 +1,7 @@
 //! The serial line: frames that find their own beginning.
 //!
-//! A frame is coded with COBS, so that it holds no zero byte, and ends with a zero byte. Decoded:
+//! A frame is coded with COBS, so that it holds no zero byte, with a zero byte before it and one
+//! after it: the first ends whatever garbage was on the line before. Decoded:
 //!
 //! | bytes | field |
 //! |---|---|
@@ -44,8 +45,8 @@ const CHECK: usize = 4;
 /// The longest frame before coding.
 const MAX_DECODED: usize = HEADER + MAX_PAYLOAD + CHECK;
 
-/// The longest frame on the line: COBS adds one byte (to as many as 254), then comes the zero.
-pub const MAX_FRAME: usize = MAX_DECODED + 2;
+/// The longest frame on the line: COBS adds one byte (to as many as 254), and there are two zeros.
+pub const MAX_FRAME: usize = MAX_DECODED + 3;
 
 const _: () = assert!(MAX_DECODED <= 254);
 
@@ -192,7 +193,7 @@ pub struct Encoded {
 }
 
 impl Encoded {
-    /// The bytes to send, the zero at the end included.
+    /// The bytes to send, the zeros at both ends included.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or(&[])
@@ -217,7 +218,8 @@ pub fn encode(sequence: u16, message: &Message) -> Encoded {
     }
     let mut bytes = [0; MAX_FRAME];
     let plain = plain.get(..length + CHECK).unwrap_or(&[]);
-    let length = cobs::encode(plain, &mut bytes);
+    let [_zero, coded @ ..] = &mut bytes;
+    let length = 1 + cobs::encode(plain, coded);
     Encoded { bytes, length }
 }
 
@@ -254,7 +256,9 @@ mod tests {
         let frame = encode(0x0102, &GET);
         assert_eq!(
             frame.as_bytes(),
-            [7, 1, 0x10, 2, 1, 0x10, 0x20, 5, 0x86, 0x65, 0x13, 0x73, 0]
+            [
+                0, 7, 1, 0x10, 2, 1, 0x10, 0x20, 5, 0x86, 0x65, 0x13, 0x73, 0
+            ]
         );
     }
 

@@ -2,13 +2,17 @@
 
 use std::fmt::Write;
 
-use wire::pdo::{Kind, Signal};
-use wire::{Fault, Foot, Pdo};
+use wire::foot::cob_id;
+use wire::pdo::{Kind, Load, Quantity, Signal};
+use wire::{Fault, Foot, Pdo, Settings};
+
+/// The code of a signed signal without a value.
+const NO_VALUE: i16 = Quantity::NONE.0;
 
 pub fn generate() -> String {
     let feet = Foot::ALL.map(Foot::name).join(" ");
     let mut dbc = format!(
-        "VERSION \"1\"\n\nNS_ :\n\tBA_\n\tBA_DEF_\n\tBA_DEF_DEF_\n\tCM_\n\tVAL_\n\nBS_:\n\nBU_: {feet} Robot\n"
+        "VERSION \"1\"\n\nNS_ :\n\tBA_\n\tBA_DEF_\n\tBA_DEF_DEF_\n\tCM_\n\tSIG_VALTYPE_\n\tVAL_\n\nBS_:\n\nBU_: {feet} Robot\n"
     );
     let messages = || {
         Foot::ALL
@@ -35,8 +39,13 @@ BO_ {} {name}_Emergency: 8 {name}
 
 BO_ {} {name}_Heartbeat: 1 {name}
  SG_ NodeState : 0|7@1+ (1,0) [0|127] \"\" Robot",
-            node.cob_id(0x80),
-            node.cob_id(0x700)
+            node.cob_id(cob_id::EMERGENCY),
+            node.cob_id(cob_id::HEARTBEAT)
+        );
+        let _ = writeln!(
+            dbc,
+            "\nBO_ {} {name}_Load: 4 Robot\n SG_ Load : 0|32@1- (1,0) [-1000000000|1000000000] \"N\" {name}",
+            node.cob_id(Load::BASE)
         );
     }
     dbc.push('\n');
@@ -49,12 +58,21 @@ BO_ {} {name}_Heartbeat: 1 {name}
         let _ = writeln!(dbc, "CM_ BO_ {id} \"TPDO{number}: {}\";", about(pdo));
         for signal in pdo.signals() {
             let Signal { name, comment, .. } = signal;
-            let _ = writeln!(dbc, "CM_ SG_ {id} {name} \"{comment}\";");
+            let none = match signal.kind {
+                Kind::Signed { .. } => {
+                    format!(" The code {NO_VALUE} means that there is no value.")
+                }
+                Kind::Unsigned { .. } | Kind::Named(_) => String::new(),
+            };
+            let _ = writeln!(dbc, "CM_ SG_ {id} {name} \"{comment}{none}\";");
         }
     }
     for foot in Foot::ALL {
         let node = foot.default_node_id();
-        let (emergency, heartbeat) = (node.cob_id(0x80), node.cob_id(0x700));
+        let (emergency, heartbeat) = (
+            node.cob_id(cob_id::EMERGENCY),
+            node.cob_id(cob_id::HEARTBEAT),
+        );
         let _ = writeln!(
             dbc,
             "CM_ BO_ {emergency} \"A fault has come or gone.\";
@@ -63,7 +81,10 @@ CM_ SG_ {emergency} ErrorRegister \"Object 0x1001 of CiA 301 after the change.\"
 CM_ SG_ {emergency} FaultNumber \"Number of the fault that has come or gone.\";
 CM_ SG_ {emergency} Detail \"wire/README.md says what it is for each fault.\";
 CM_ BO_ {heartbeat} \"The node is there.\";
-CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";"
+CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";
+CM_ BO_ {load} \"RPDO1: the load, from a robot that knows it; used with load source 2 (object 0x2015).\";
+CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
+            load = node.cob_id(Load::BASE)
         );
     }
     dbc.push_str("BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\n");
@@ -72,15 +93,26 @@ CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";"
         let period = pdo.default_period_ms();
         let _ = writeln!(dbc, "BA_ \"GenMsgCycleTime\" BO_ {id} {period};");
     }
+    let heartbeat = Settings::default().heartbeat_ms();
+    for foot in Foot::ALL {
+        let id = foot.default_node_id().cob_id(cob_id::HEARTBEAT);
+        let _ = writeln!(dbc, "BA_ \"GenMsgCycleTime\" BO_ {id} {heartbeat};");
+    }
+    for foot in Foot::ALL {
+        let id = foot.default_node_id().cob_id(Load::BASE);
+        let _ = writeln!(dbc, "SIG_VALTYPE_ {id} Load : 1;");
+    }
     for (_, pdo, id) in messages() {
         for signal in pdo.signals() {
-            if let Kind::Named(names) = signal.kind {
-                let names: String = names
+            let names: String = match signal.kind {
+                Kind::Named(names) => names
                     .iter()
                     .map(|(code, name)| format!(" {code} \"{name}\""))
-                    .collect();
-                let _ = writeln!(dbc, "VAL_ {id} {}{names} ;", signal.name);
-            }
+                    .collect(),
+                Kind::Signed { .. } => format!(" {NO_VALUE} \"no_value\""),
+                Kind::Unsigned { .. } => continue,
+            };
+            let _ = writeln!(dbc, "VAL_ {id} {}{names} ;", signal.name);
         }
     }
     let codes: String = Fault::ALL
@@ -91,7 +123,10 @@ CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";"
         .concat();
     for foot in Foot::ALL {
         let node = foot.default_node_id();
-        let (emergency, heartbeat) = (node.cob_id(0x80), node.cob_id(0x700));
+        let (emergency, heartbeat) = (
+            node.cob_id(cob_id::EMERGENCY),
+            node.cob_id(cob_id::HEARTBEAT),
+        );
         let _ = writeln!(
             dbc,
             "VAL_ {emergency} EmergencyCode 0 \"gone\"{codes} ;

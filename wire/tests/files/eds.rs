@@ -83,7 +83,7 @@ Dummy0007=0
 
 [Comments]
 Lines=2
-Line1=Generated from wire/src/dictionary.rs: change that, not this.
+Line1=Generated from wire/src/dictionary: change that, not this.
 Line2=wire/README.md says what each object means.
 ",
         major = REVISION >> 16,
@@ -152,7 +152,7 @@ fn write_value(eds: &mut String, entry: &Entry) {
     }
     let _ = writeln!(eds, "PDOMapping={}", u8::from(entry.is_mappable()));
     if !entry.unit.is_empty() {
-        let _ = writeln!(eds, "Unit={}", ascii(entry.unit));
+        let _ = writeln!(eds, "Unit={}", ascii(&entry.unit));
     }
 }
 

@@ -105,11 +105,11 @@ fn mapped(entry: &Entry) -> String {
 
 fn meaning(object: &Object, entry: &Entry) -> String {
     let about = if object.shape == Shape::Var {
-        object.doc
+        object.doc.as_str()
     } else {
         ""
     };
-    [about, entry.doc]
+    [about, entry.doc.as_str()]
         .into_iter()
         .filter(|text| !text.is_empty())
         .collect::<Vec<_>>()

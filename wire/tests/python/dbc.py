@@ -4,6 +4,7 @@ usage: dbc.py DBC FRAMES, with FRAMES as written by tests/python.rs
 """
 
 import csv
+import struct
 import sys
 
 import cantools
@@ -30,8 +31,23 @@ def main(dbc, frames):
             tolerance = 1e-6 * max(1.0, abs(expected))
             assert abs(value - expected) <= tolerance, (row, value)
             count += 1
+    # A quantity without a value says so.
+    signed = 0
+    for message in database.messages:
+        for signal in message.signals:
+            if not signal.is_signed or signal.length != 16:
+                continue
+            signed += 1
+            frame = bytearray(8)
+            frame[signal.start // 8 + 1] = 0x80
+            assert message.decode(bytes(frame))[signal.name] == "no_value", signal.name
+            assert "no value" in signal.comment, signal.name
+    assert signed == 6 * 14, signed
     contact = database.get_message_by_name("FL_Contact")
     assert contact.cycle_time == 1
+    assert database.get_message_by_name("RR_Heartbeat").cycle_time == 500
+    load = database.get_message_by_name("FL_Load")
+    assert load.frame_id == 0x211 and load.decode(struct.pack("<f", -12.5)) == {"Load": -12.5}
     state = contact.get_signal_by_name("State")
     assert [str(state.choices[i]) for i in range(5)] == [
         "unknown",

@@ -14,7 +14,7 @@ use estimator_core::{
 };
 use rustix::fs::{Mode, OFlags};
 use rustix::{pty, termios};
-use wire::{CanFrame, Counters, Event, Node, Settings};
+use wire::{BootCause, CanFrame, Counters, Event, Node, Settings};
 
 /// A foot that runs until the process ends.
 pub struct Foot {
@@ -109,7 +109,7 @@ fn run(mut output: File, commands: &Receiver<String>) {
             Ok(command) => match command.as_bytes().first() {
                 Some(b'O') => {
                     open = true;
-                    frames.extend(node.boot());
+                    frames.extend(node.boot(BootCause::PowerUp));
                 }
                 Some(b'C') => open = false,
                 _ => {
@@ -127,7 +127,7 @@ fn run(mut output: File, commands: &Receiver<String>) {
                             }
                             Some(Event::ResetCommunication | Event::ResetNode) => {
                                 node.set_settings(stored.clone());
-                                frames.extend(node.boot());
+                                frames.extend(node.boot(BootCause::Commanded));
                             }
                             _ => {}
                         }

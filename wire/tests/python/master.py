@@ -3,6 +3,7 @@
 usage: master.py TTY EDS
 """
 
+import queue
 import struct
 import sys
 import threading
@@ -160,12 +161,11 @@ def stores_and_restores(network, node):
     node.sdo["Window"].raw = 40_000
     resets_communication(node)
     assert node.sdo["Window"].raw == 30_000, "what was stored, not what was written later"
-    node.nmt.state = "PRE-OPERATIONAL"
-    time.sleep(0.05)
     node.restore()
     assert node.sdo["Window"].raw == 30_000, "until the reset"
     resets_communication(node)
     assert node.sdo["Window"].raw == 50_000
+    node.nmt.state = "OPERATIONAL"
 
 
 def resets_communication(node, rebooted=None):
@@ -177,20 +177,25 @@ def resets_communication(node, rebooted=None):
     )
     node.nmt.state = "RESET COMMUNICATION"
     assert booted.wait(timeout=3), "no boot-up message"
+    # What a master commands to reset waits for its configuration.
+    assert (rebooted or node).sdo["Producer heartbeat time"].raw == 500
+    (rebooted or node).sdo["Producer heartbeat time"].raw = 500
 
 
 def sees_emergencies(network, node):
     # A load of two bytes instead of four, and then a whole one.
-    node.emcy.reset()
+    # Not `emcy.wait`, which does not see a message that comes before it waits.
+    emergencies = queue.Queue()
+    node.emcy.add_callback(emergencies.put)
     network.send_message(0x200 + FOOT, b"\1\2")
-    emergency = node.emcy.wait(0x8210, timeout=2)
-    assert emergency is not None and emergency.register == 0x11, emergency
+    emergency = emergencies.get(timeout=2)
+    assert (emergency.code, emergency.register) == (0x8210, 0x11), emergency
     assert emergency.data == bytes([19, 2, 0, 0, 0]), emergency.data
     assert node.sdo["Error register"].raw == 0x11
     assert node.sdo["Pre-defined error field"][1].raw & 0xFFFF == 0x8210
     network.send_message(0x200 + FOOT, struct.pack("<f", 120.0))
-    emergency = node.emcy.wait(0x0000, timeout=2)
-    assert emergency is not None and emergency.register == 0
+    emergency = emergencies.get(timeout=2)
+    assert (emergency.code, emergency.register) == (0, 0), emergency
     assert node.sdo["Load"].raw == 120.0
 
 
@@ -204,8 +209,9 @@ def follows_sync(network, node):
     assert health.wait_for_reception(timeout=0.3) is None, "not without a SYNC"
     times = []
     for _ in range(3):
-        network.sync.transmit()
+        network.sync.transmit(len(times) + 1)
         assert health.wait_for_reception(timeout=1) is not None
+        assert health["Health.Counter of the last SYNC"].raw == len(times) + 1
         times.append(health["Health.Time of the last SYNC"].raw)
         time.sleep(0.05)
     assert times[0] < times[1] < times[2], times
@@ -223,6 +229,7 @@ def is_given_another_id(network, node):
     network.add_node(moved)
     resets_communication(node, moved)
     assert moved.sdo["Node id"].raw == MOVED
+    moved.nmt.state = "OPERATIONAL"
     moved.tpdo.read()
     assert moved.tpdo[1].cob_id == 0x180 + MOVED
     assert moved.tpdo[1].wait_for_reception(timeout=2) is not None

@@ -1,106 +1,46 @@
 //! A CANopen device out of dictionary, settings, SDO server, PDOs and faults: frames in, frames
 //! and [`Event`]s out. It keeps no time of its own and touches no hardware.
 //!
-//! The application calls [`Node::boot`] at start and after each reset, [`Node::receive`] with each
-//! received frame and [`Node::tick`] each millisecond, and acts on the events. UART messages reach
+//! The application calls [`Node::boot`] at start and after each reset, and says which of the two it
+//! was: only power-up starts the streams by itself, after a reset that a master commands the node
+//! waits in pre-operational state to be configured. It calls [`Node::receive`] with each received
+//! frame and [`Node::tick`] each millisecond, and acts on the events. UART messages reach
 //! the same objects by [`Node::read`] and [`Node::write`], under the same rules:
 //!
-//! - settings are written in pre-operational state only, else `0x0800_0022`;
+//! - settings are written in pre-operational state only, else `0x0800_0022`; over UART also while
+//!   there is no node id; LSS, by its own rules, gives a node id in every state;
 //! - with the configuration lock set no other setting can be changed or restored, `0x0800_0021`;
 //! - a refused value changes nothing.
 
+mod device;
+mod event;
+
 use canopen_rs::lss::{self, LssAddress, LssSlave, LssState};
 use canopen_rs::nmt;
-use canopen_rs::time::{TIME_COB_ID, TimeOfDay};
+use canopen_rs::time::TimeOfDay;
 use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
-use estimator_core::{ContactEstimate, PerAxis, Timestamp};
+use estimator_core::{ContactEstimate, Timestamp};
+
+use device::Device;
 
 use crate::abort::AbortCode;
-use crate::counter::{Counter, Counters};
-use crate::dictionary::{
-    self, Access, Address, ERROR_HISTORY, PRODUCT_CODE, Place, REVISION, Role, SIGNATURE_RESTORE,
-    SIGNATURE_STORE, VENDOR_ID, index,
-};
+use crate::counter::Counters;
+use crate::dictionary::{Address, ERROR_HISTORY, PRODUCT_CODE, REVISION, VENDOR_ID, index};
 use crate::fault::{Emergency, Fault, Faults};
-use crate::foot::NodeId;
+use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
-use crate::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, PDOS, Pdo, Rate};
-use crate::sdo::{Objects, SdoServer, Written};
-use crate::settings::{Settings, Trigger};
+use crate::pdo::{
+    Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Load, PDOS, Pdo, Rate,
+};
+use crate::sdo::{self, Objects, SdoServer};
+use crate::settings::{LoadSource, Settings, Trigger};
 use crate::stage::Stage;
 use crate::value::Value;
 
+pub use event::{BootCause, Calibration, CalibrationState, Crash, Event, Outcome};
+
 pub use canopen_rs::time::TimeOfDay as TimeStamp;
 pub use canopen_rs::{NmtCommand as Command, NmtState as State};
-
-/// Something the application has to know or to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Event {
-    /// A setting has a new value: [`Node::settings`].
-    Changed(Address),
-    /// Store the settings, then call [`Node::finish`].
-    Store,
-    /// Forget the stored settings so that the defaults apply from the next reset, then call
-    /// [`Node::finish`].
-    Restore,
-    /// The NMT state has changed.
-    State(NmtState),
-    /// Reset the whole board.
-    ResetNode,
-    /// Reset the communication: load the stored settings and call [`Node::boot`].
-    ResetCommunication,
-    /// A SYNC came, with its counter where it has one.
-    Sync(Option<u8>),
-    /// A time stamp came.
-    Time(TimeOfDay),
-    /// The robot says what the load is.
-    Load(Load),
-    /// Somebody wants half-widths from steps on good ground.
-    Calibration(Calibration),
-}
-
-/// What the calibration is told to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Calibration {
-    /// Collect steps.
-    Start,
-    /// Make the proposed half-widths the settings.
-    Accept,
-    /// Give up.
-    Cancel,
-}
-
-/// How far the calibration is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum CalibrationState {
-    /// It was not asked for.
-    #[default]
-    Idle,
-    /// It collects steps.
-    Collecting,
-    /// It proposes these half-widths.
-    Ready(PerAxis<f32>),
-    /// There were too few usable steps.
-    Failed,
-}
-
-/// What came of a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
-    /// The frame to send in answer.
-    pub reply: Option<CanFrame>,
-    /// What the application has to know or to do.
-    pub event: Option<Event>,
-}
-
-/// Why and where the board crashed last, as RAM remembers it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crash {
-    /// [`Fault::Panic`], [`Fault::HardFault`] or [`Fault::WatchdogReset`].
-    pub fault: Fault,
-    /// The program counter.
-    pub program_counter: u32,
-}
 
 /// Who waits for the answer to a store or a restore.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -111,24 +51,6 @@ enum Waiting {
     Lss,
 }
 
-/// What the objects are made of: everything of the node but its protocols.
-#[derive(Clone, Debug)]
-struct Device {
-    id: Option<NodeId>,
-    serial: u32,
-    settings: Settings,
-    state: NmtState,
-    faults: Faults,
-    history: [u32; ERROR_HISTORY],
-    payloads: [[u8; 8]; PDOS],
-    stage: Stage,
-    counters: Counters,
-    crash: Option<Crash>,
-    calibration: CalibrationState,
-    load: Load,
-    event: Option<Event>,
-}
-
 /// A foot on the bus.
 #[derive(Debug)]
 pub struct Node {
@@ -137,12 +59,15 @@ pub struct Node {
     lss: LssSlave,
     sdo: SdoServer,
     waiting: Waiting,
+    /// The id that LSS has given since power-up: `Some(None)` for none. It outlives the settings
+    /// that are loaded at a reset of the communication.
+    given: Option<Option<NodeId>>,
     ticks: u32,
     heartbeat_age: u16,
     syncs: u32,
     /// One bit for each PDO that a SYNC has asked for.
     asked: u8,
-    sync_time: Option<Timestamp>,
+    last_sync: LastSync,
     sequence: u8,
     /// The faults of which an emergency message was sent since the last boot.
     told: Faults,
@@ -150,7 +75,6 @@ pub struct Node {
     details: [u32; Fault::ALL.len()],
 }
 
-const SYNC_ID: u16 = 0x80;
 const LSS_CONFIGURE_NODE_ID: u8 = 0x11;
 const LSS_CONFIGURE_BIT_TIMING: u8 = 0x13;
 const LSS_STORE: u8 = 0x17;
@@ -174,27 +98,36 @@ impl Node {
                 counters: Counters::default(),
                 crash: None,
                 calibration: CalibrationState::Idle,
-                load: Load(0.0),
+                load: None,
+                load_age: 0,
+                time: None,
                 event: None,
+                storing: false,
             },
             nmt: NmtStateMachine::new(),
             sdo: SdoServer::new(),
             waiting: Waiting::Nobody,
+            given: None,
             ticks: 0,
             heartbeat_age: 0,
             syncs: 0,
             asked: 0,
-            sync_time: None,
+            last_sync: LastSync::default(),
             sequence: 0,
             told: Faults::NONE,
             details: [0; Fault::ALL.len()],
         }
     }
 
-    /// Takes up the node id of the settings and announces the node; with autostart it is
-    /// operational at once, else pre-operational. Without a node id there is nothing to announce,
-    /// and only LSS is served.
-    pub fn boot(&mut self) -> Option<CanFrame> {
+    /// Takes up the node id, that of the settings or the one that LSS has given since power-up, and
+    /// announces the node. At power-up it is operational at once with autostart, else and after a
+    /// commanded reset pre-operational. Without a node id there is nothing to announce, and only
+    /// LSS is served.
+    pub fn boot(&mut self, cause: BootCause) -> Option<CanFrame> {
+        if let Some(id) = self.given {
+            // Every id that LSS takes is one that the setting takes.
+            let _ = self.device.settings.set(NODE_ID, id_setting(id));
+        }
         self.device.id = self.device.settings.node_id();
         self.lss = lss_slave(self.device.id, self.device.serial);
         self.nmt = NmtStateMachine::new();
@@ -205,12 +138,12 @@ impl Node {
         self.told = Faults::NONE;
         let id = self.device.id?;
         self.nmt.boot();
-        if self.device.settings.autostart() {
+        if cause == BootCause::PowerUp && self.device.settings.autostart() {
             self.nmt.apply(NmtCommand::StartRemoteNode);
         }
         self.device.state = self.nmt.state();
         Some(CanFrame::of(
-            id.cob_id(nmt::HEARTBEAT_COB_BASE),
+            id.cob_id(cob_id::HEARTBEAT),
             nmt::BOOTUP_FRAME,
         ))
     }
@@ -260,10 +193,17 @@ impl Node {
         self.device.calibration = calibration;
     }
 
-    /// The load as the robot last said, over RPDO1 or SDO.
+    /// The load as the robot last said, over RPDO1 or SDO; `None` before that, and where it has said
+    /// none for longer than the event timer of RPDO1.
     #[must_use]
-    pub const fn load(&self) -> Load {
+    pub const fn load(&self) -> Option<Load> {
         self.device.load
+    }
+
+    /// The date and time of day of the last time stamp, and when it came on the clock of the samples.
+    #[must_use]
+    pub const fn time(&self) -> Option<(TimeOfDay, Timestamp)> {
+        self.device.time
     }
 
     /// Takes in a received frame. `now` is when it came, on the clock of the samples.
@@ -276,9 +216,9 @@ impl Node {
         };
         match frame.id() {
             nmt::NMT_COMMAND_COB_ID => event(self.receive_nmt(frame.data(), id)),
-            SYNC_ID => event(self.receive_sync(frame.data(), now)),
-            TIME_COB_ID => event(TimeOfDay::decode(frame.data()).ok().map(Event::Time)),
-            other if other == id.cob_id(0x600) => self.receive_sdo(frame, id),
+            cob_id::SYNC => event(self.receive_sync(frame.data(), now)),
+            cob_id::TIME => event(self.receive_time(frame.data(), now)),
+            other if other == id.cob_id(cob_id::SDO_REQUEST) => self.receive_sdo(frame, id),
             other if other == id.cob_id(Load::BASE) => self.receive_load(frame.data()),
             _ => Outcome::default(),
         }
@@ -290,7 +230,10 @@ impl Node {
         let after = self.nmt.apply(command);
         self.device.state = after;
         match command {
-            NmtCommand::ResetNode => Some(Event::ResetNode),
+            NmtCommand::ResetNode => {
+                self.given = None;
+                Some(Event::ResetNode)
+            }
             NmtCommand::ResetCommunication => Some(Event::ResetCommunication),
             _ => (after != before).then_some(Event::State(after)),
         }
@@ -305,17 +248,29 @@ impl Node {
     }
 
     /// Writes an object with the bytes of a value; the event says what is to be done about it. A
-    /// store or a restore that was asked for here is answered by the application itself.
+    /// store or a restore that was asked for here is answered by the application itself, without
+    /// [`Node::finish`].
     ///
     /// # Errors
     /// Why the value was refused; nothing has changed then.
     pub fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Option<Event>, AbortCode> {
         let size = self.device.writable_size(address)?;
-        if bytes.len() != size {
-            return Err(AbortCode::Length);
+        if let Some(code) = sdo::wrong_length(bytes.len(), size) {
+            return Err(code);
         }
+        self.device.storing = self.waiting != Waiting::Nobody;
         self.device.write(address, bytes)?;
-        Ok(self.device.event.take())
+        Ok(self.take_event())
+    }
+
+    /// What the last write is to the application.
+    fn take_event(&mut self) -> Option<Event> {
+        let event = self.device.event.take();
+        // The last word on the node id is the newest.
+        if matches!(event, Some(Event::Changed(NODE_ID) | Event::Restore)) {
+            self.given = None;
+        }
+        event
     }
 
     /// Answers the [`Event::Store`] or [`Event::Restore`] that a master waits for.
@@ -324,7 +279,10 @@ impl Node {
             Waiting::Nobody => None,
             Waiting::Sdo => {
                 let answer = self.sdo.finish(result)?;
-                Some(CanFrame::of(self.device.id?.cob_id(0x580), answer))
+                Some(CanFrame::of(
+                    self.device.id?.cob_id(cob_id::SDO_RESPONSE),
+                    answer,
+                ))
             }
             Waiting::Lss => {
                 // 2: the storage media could not be accessed.
@@ -375,7 +333,9 @@ impl Node {
     /// The identifier of emergency messages, in the states in which they are sent.
     fn id_for_emergencies(&self) -> Option<u16> {
         match self.device.state {
-            NmtState::PreOperational | NmtState::Operational => Some(self.device.id?.cob_id(0x80)),
+            NmtState::PreOperational | NmtState::Operational => {
+                Some(self.device.id?.cob_id(cob_id::EMERGENCY))
+            }
             NmtState::Initialising | NmtState::Stopped => None,
         }
     }
@@ -393,6 +353,9 @@ impl Node {
         self.ticks = self.ticks.wrapping_add(1);
         self.device.counters = *counters;
         self.publish(estimate, temperature);
+        if let Some(emergency) = self.watch_load() {
+            send(emergency);
+        }
         let Some(id) = self.device.id else {
             return;
         };
@@ -428,17 +391,34 @@ impl Node {
             estimate.flags,
             faults.register(),
             self.device.counters.dropped(),
-            self.sync_time,
+            self.last_sync,
         );
         self.device.payloads = [
             Contact::new(estimate, self.sequence, faults).encode(),
             Axes::new(estimate, faults).encode(),
-            Attitude::new(estimate).encode(),
-            Acceleration::new(estimate).encode(),
-            Rate::new(estimate).encode(),
-            Bias::new(estimate, temperature).encode(),
+            Attitude::new(estimate, faults).encode(),
+            Acceleration::new(estimate, faults).encode(),
+            Rate::new(estimate, faults).encode(),
+            Bias::new(estimate, temperature, faults).encode(),
             health.encode(),
         ];
+    }
+
+    /// Forgets a load that is too old, and says so where the robot ought to send it.
+    fn watch_load(&mut self) -> Option<CanFrame> {
+        let device = &mut self.device;
+        let limit = device.settings.load_timeout_ms();
+        device.load_age = device.load_age.saturating_add(1);
+        let overdue = limit != 0 && device.load_age > limit && device.load.take().is_some();
+        let expected = device.state == NmtState::Operational
+            && device.settings.load_input().source == LoadSource::Can;
+        if !expected {
+            self.clear(Fault::PdoTimeout)
+        } else if overdue {
+            self.raise(Fault::PdoTimeout, u32::from(limit))
+        } else {
+            None
+        }
     }
 
     fn is_due(&self, pdo: Pdo) -> bool {
@@ -462,7 +442,7 @@ impl Node {
         }
         self.heartbeat_age = 0;
         Some(CanFrame::of(
-            id.cob_id(nmt::HEARTBEAT_COB_BASE),
+            id.cob_id(cob_id::HEARTBEAT),
             nmt::encode_heartbeat(self.device.state),
         ))
     }
@@ -477,7 +457,10 @@ impl Node {
     }
 
     fn receive_sync(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
-        self.sync_time = Some(now);
+        self.last_sync = LastSync {
+            counter: data.first().copied().unwrap_or(0),
+            time: now.into(),
+        };
         self.syncs = self.syncs.wrapping_add(1);
         let asking = self.device.state == NmtState::Operational;
         for pdo in Pdo::ALL.into_iter().filter(|_| asking) {
@@ -490,6 +473,12 @@ impl Node {
         Some(Event::Sync(data.first().copied()))
     }
 
+    fn receive_time(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
+        let time = TimeOfDay::decode(data).ok()?;
+        self.device.time = Some((time, now));
+        Some(Event::Time(time))
+    }
+
     fn receive_sdo(&mut self, frame: &CanFrame, id: NodeId) -> Outcome {
         let served = matches!(
             self.device.state,
@@ -498,13 +487,14 @@ impl Node {
         let (true, Some(request)) = (served, frame.data8()) else {
             return Outcome::default();
         };
+        self.device.storing = self.waiting != Waiting::Nobody;
         let answer = self.sdo.handle(request, &mut self.device);
-        let event = self.device.event.take();
+        let event = self.take_event();
         if matches!(event, Some(Event::Store | Event::Restore)) {
             self.waiting = Waiting::Sdo;
         }
         Outcome {
-            reply: answer.map(|answer| CanFrame::of(id.cob_id(0x580), answer)),
+            reply: answer.map(|answer| CanFrame::of(id.cob_id(cob_id::SDO_RESPONSE), answer)),
             event,
         }
     }
@@ -519,10 +509,15 @@ impl Node {
                 event: None,
             };
         }
+        let mut reply = self.clear(Fault::PdoLength);
+        // What is not a number counts as not received.
         let load = Load::decode(data);
-        self.device.load = load.unwrap_or(self.device.load);
+        if let Some(load) = load {
+            self.device.take_load(load);
+            reply = reply.or(self.clear(Fault::PdoTimeout));
+        }
         Outcome {
-            reply: self.clear(Fault::PdoLength),
+            reply,
             event: load.map(Event::Load),
         }
     }
@@ -532,7 +527,8 @@ impl Node {
             return Outcome::default();
         };
         let [service, ..] = *request;
-        if self.lss.state() == LssState::Configuration {
+        let configuring = self.lss.state() == LssState::Configuration;
+        if configuring {
             let refused = |error, specific| Outcome {
                 reply: Some(CanFrame::of(
                     lss::LSS_SLAVE_COB_ID,
@@ -547,6 +543,8 @@ impl Node {
                 }
                 // 1: not supported. The bit rate is a setting (0x2002).
                 LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
+                // 2: the storage media could not be accessed, which another store has just now.
+                LSS_STORE if self.waiting != Waiting::Nobody => return refused(2, 0),
                 LSS_STORE => {
                     self.waiting = Waiting::Lss;
                     return event(Some(Event::Store));
@@ -555,21 +553,36 @@ impl Node {
             }
         }
         let answer = self.lss.handle(request);
-        let address = Address::new(index::NODE_ID, 0);
-        // Accepted: the setting is the one place where the id is kept.
-        let changed = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]))
-            && (self.device.settings)
-                .set(address, Value::U8(self.lss.pending_node_id()))
-                .is_ok();
+        let accepted = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]));
+        let mut event = None;
+        if accepted {
+            // In the settings too, so that whoever stores them stores it.
+            let id = NodeId::new(self.lss.pending_node_id());
+            self.given = Some(id);
+            let set = self.device.settings.set(NODE_ID, id_setting(id));
+            event = set.is_ok().then_some(Event::Changed(NODE_ID));
+        }
+        // A node without an id boots as soon as it has one and the configuration is over (CiA 305).
+        let left = configuring && self.lss.state() == LssState::Waiting;
+        if left && self.device.id.is_none() && matches!(self.given, Some(Some(_))) {
+            event = Some(Event::ResetCommunication);
+        }
         Outcome {
             reply: answer.map(|answer| CanFrame::of(lss::LSS_SLAVE_COB_ID, answer)),
-            event: changed.then_some(Event::Changed(address)),
+            event,
         }
     }
 }
 
 fn event(event: Option<Event>) -> Outcome {
     Outcome { reply: None, event }
+}
+
+const NODE_ID: Address = Address::new(index::NODE_ID, 0);
+
+/// The setting that stands for this id.
+fn id_setting(id: Option<NodeId>) -> Value {
+    Value::U8(id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
 }
 
 fn lss_slave(id: Option<NodeId>, serial: u32) -> LssSlave {
@@ -580,194 +593,4 @@ fn lss_slave(id: Option<NodeId>, serial: u32) -> LssSlave {
         serial_number: serial,
     };
     LssSlave::new(address, id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
-}
-
-impl Device {
-    fn id(&self) -> u32 {
-        self.id.map_or(0, |id| u32::from(id.get()))
-    }
-
-    /// What the PDO that maps `address` holds of it.
-    fn process(&self, address: Address) -> Option<u32> {
-        for (pdo, payload) in Pdo::ALL.into_iter().zip(self.payloads) {
-            let mut rest = u64::from_le_bytes(payload);
-            for mapped in pdo.mapping() {
-                if mapped.address == address {
-                    return Some(rest as u32);
-                }
-                rest >>= mapped.bits;
-            }
-        }
-        None
-    }
-
-    fn errors(&self) -> impl Iterator<Item = u32> {
-        self.history.into_iter().take_while(|error| *error != 0)
-    }
-
-    fn live(&self, address: Address) -> Option<u32> {
-        let part = usize::from(address.subindex).checked_sub(1);
-        Some(match address.index {
-            index::ERROR_HISTORY => part.and_then(|i| self.history.get(i).copied())?,
-            index::IDENTITY => self.serial,
-            index::STAGE => u32::from(self.stage.code()),
-            index::FAULTS => self.faults.bits(),
-            index::COUNTERS => {
-                (self.counters).get(part.and_then(|i| Counter::ALL.get(i).copied())?)
-            }
-            index::LAST_CRASH => match (self.crash, address.subindex) {
-                (Some(crash), 1) => u32::from(crash.fault.code()),
-                (Some(crash), _) => crash.program_counter,
-                (None, _) => 0,
-            },
-            index::CALIBRATION => match (address.subindex, self.calibration) {
-                (2, CalibrationState::Idle) => 0,
-                (2, CalibrationState::Collecting) => 1,
-                (2, CalibrationState::Ready(_)) => 2,
-                (2, CalibrationState::Failed) => 3,
-                (sub, CalibrationState::Ready(proposal)) => {
-                    let axis = usize::from(sub).checked_sub(3)?;
-                    proposal.to_array().get(axis)?.to_bits()
-                }
-                _ => 0,
-            },
-            _ => return None,
-        })
-    }
-
-    fn write_setting(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
-        if self.state != NmtState::PreOperational {
-            return Err(AbortCode::DeviceState);
-        }
-        if self.settings.is_locked() && address.index != index::LOCK {
-            return Err(AbortCode::Locked);
-        }
-        self.settings.set(address, value)?;
-        self.event = Some(Event::Changed(address));
-        Ok(())
-    }
-
-    fn run_command(&mut self, address: Address, value: Value) -> Result<Written, AbortCode> {
-        match (address.index, value) {
-            (index::ERROR_HISTORY, _) => {
-                self.history = [0; ERROR_HISTORY];
-                Ok(Written::Done)
-            }
-            (index::STORE, Value::U32(SIGNATURE_STORE)) => {
-                self.event = Some(Event::Store);
-                Ok(Written::Pending)
-            }
-            (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) if self.settings.is_locked() => {
-                Err(AbortCode::Locked)
-            }
-            (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) => {
-                self.event = Some(Event::Restore);
-                Ok(Written::Pending)
-            }
-            (index::STORE | index::RESTORE, _) => Err(AbortCode::CannotStore),
-            (index::CALIBRATION, Value::U8(command)) => {
-                let command = match command {
-                    1 => Calibration::Start,
-                    2 => Calibration::Accept,
-                    _ => Calibration::Cancel,
-                };
-                if command == Calibration::Accept {
-                    if self.state != NmtState::PreOperational {
-                        return Err(AbortCode::DeviceState);
-                    }
-                    if self.settings.is_locked() {
-                        return Err(AbortCode::Locked);
-                    }
-                    let CalibrationState::Ready(proposal) = self.calibration else {
-                        return Err(AbortCode::InvalidValue);
-                    };
-                    self.accept(proposal)?;
-                }
-                self.event = Some(Event::Calibration(command));
-                Ok(Written::Done)
-            }
-            _ => Err(AbortCode::ReadOnly),
-        }
-    }
-
-    /// Makes proposed half-widths the settings: all or none.
-    fn accept(&mut self, proposal: PerAxis<f32>) -> Result<(), AbortCode> {
-        let mut settings = self.settings.clone();
-        for (subindex, half_width) in (1..).zip(proposal.to_array()) {
-            let address = Address::new(index::HALF_WIDTH, subindex);
-            settings.set(address, Value::F32(half_width))?;
-        }
-        self.settings = settings;
-        Ok(())
-    }
-}
-
-impl Objects for Device {
-    fn read(&mut self, address: Address) -> Result<Value, AbortCode> {
-        let entry = match dictionary::find(address)? {
-            Place::Highest(highest) => return Ok(Value::U8(highest)),
-            Place::Entry(entry, _) if entry.access == Access::Wo => {
-                return Err(AbortCode::WriteOnly);
-            }
-            Place::Entry(entry, _) => entry,
-        };
-        let raw = match (entry.role, address.index) {
-            (_, index::ERROR_REGISTER) => u32::from(self.faults.register()),
-            (Role::Constant, _) => return Ok(entry.default),
-            (Role::Setting, _) => {
-                return self.settings.get(address).ok_or(AbortCode::NoObject);
-            }
-            (Role::CobId, _) => entry.default.to_raw().wrapping_add(self.id()),
-            (Role::PdoCobId, _) => self
-                .settings
-                .get(address)
-                .ok_or(AbortCode::NoObject)?
-                .to_raw()
-                .wrapping_add(self.id()),
-            (Role::Process, _) => self.process(address).ok_or(AbortCode::NoObject)?,
-            (Role::Input, _) => self.load.0.to_bits(),
-            (Role::Command, index::ERROR_HISTORY) => self.errors().count() as u32,
-            (Role::Command, _) => return Ok(entry.default),
-            (Role::Live, _) => self.live(address).ok_or(AbortCode::NoObject)?,
-        };
-        Value::from_raw(entry.data_type(), raw).ok_or(AbortCode::NoObject)
-    }
-
-    fn writable_size(&mut self, address: Address) -> Result<usize, AbortCode> {
-        match dictionary::find(address)? {
-            Place::Entry(entry, _) if matches!(entry.access, Access::Rw | Access::Wo) => {
-                entry.data_type().size().ok_or(AbortCode::ReadOnly)
-            }
-            Place::Entry(..) | Place::Highest(_) => Err(AbortCode::ReadOnly),
-        }
-    }
-
-    fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Written, AbortCode> {
-        let Place::Entry(entry, _) = dictionary::find(address)? else {
-            return Err(AbortCode::ReadOnly);
-        };
-        let value = Value::from_bytes(entry.data_type(), bytes).ok_or(AbortCode::Length)?;
-        match entry.role {
-            Role::Setting => self.write_setting(address, value)?,
-            Role::PdoCobId => {
-                let id = value.to_raw().wrapping_sub(self.id());
-                self.write_setting(address, Value::U32(id))?;
-            }
-            Role::Input => {
-                entry.limits.check(value)?;
-                if let Value::F32(load) = value {
-                    self.load = Load(load);
-                    self.event = Some(Event::Load(self.load));
-                }
-            }
-            Role::Command => {
-                entry.limits.check(value)?;
-                return self.run_command(address, value);
-            }
-            Role::Constant | Role::CobId | Role::Process | Role::Live => {
-                return Err(AbortCode::ReadOnly);
-            }
-        }
-        Ok(Written::Done)
-    }
 }

@@ -1,0 +1,9 @@
+//! Says how the product is linked: with the section in which defmt interns its strings.
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=../memory.x");
+    if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
+        println!("cargo:rustc-link-arg-bin=foot=-Tdefmt.x");
+    }
+}

@@ -1,0 +1,101 @@
+//! 160 MHz, from the crystal where it starts, else from the internal oscillator.
+//!
+//! SYSCLK 160 MHz and not 168: APB2 is then 80 MHz and SPI1 runs at exactly the sensor's 10.0 MHz;
+//! the next divider of 84 MHz would give 10.5 MHz.
+
+use embassy_stm32::Config;
+use embassy_stm32::interrupt::Priority;
+use embassy_stm32::pac::{FLASH, RCC};
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
+};
+use embassy_stm32::time::Hertz;
+
+/// The crystal between `OSC_IN` and `OSC_OUT`: an even number of MHz, 4 to 26.
+const CRYSTAL_MHZ: u32 = 8;
+
+/// The internal oscillator, MHz.
+const HSI_MHZ: u32 = 16;
+
+/// What the PLL's input is divided to, MHz; RM0090 recommends 2 to limit jitter.
+const PLL_INPUT_MHZ: u32 = 2;
+
+/// 2 MHz × 160 / 2 = 160 MHz.
+const PLL_MULTIPLIER: PllMul = PllMul::MUL160;
+
+const _: () = assert!(CRYSTAL_MHZ.is_multiple_of(PLL_INPUT_MHZ));
+const _: () = assert!(4 <= CRYSTAL_MHZ && CRYSTAL_MHZ <= 26);
+
+/// Looks at HSERDY before the crystal is given up, on the internal oscillator right after reset:
+/// each takes at least 5 cycles of 16 MHz, so this is at least 20 ms, ten times the 2 ms that the
+/// data sheet calls typical.
+const CRYSTAL_POLLS: u32 = 64_000;
+
+/// Where the clock comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The crystal.
+    Crystal,
+    /// The internal oscillator, 1 % accurate: too little for CAN.
+    Internal,
+}
+
+/// Starts the crystal. The HAL would wait for a missing one for ever.
+pub fn start() -> Source {
+    RCC.cr().modify(|w| w.set_hseon(true));
+    for _ in 0..CRYSTAL_POLLS {
+        if RCC.cr().read().hserdy() {
+            return Source::Crystal;
+        }
+    }
+    RCC.cr().modify(|w| w.set_hseon(false));
+    Source::Internal
+}
+
+/// The HAL's configuration for `source`.
+pub fn config(source: Source) -> Config {
+    let (pll_src, input_mhz) = match source {
+        Source::Crystal => (PllSource::HSE, CRYSTAL_MHZ),
+        Source::Internal => (PllSource::HSI, HSI_MHZ),
+    };
+    let mut config = Config::default();
+    config.dma_interrupt_priority = Priority::P1;
+    let rcc = &mut config.rcc;
+    rcc.hse = (source == Source::Crystal).then_some(Hse {
+        freq: Hertz::mhz(CRYSTAL_MHZ),
+        mode: HseMode::Oscillator,
+    });
+    rcc.pll_src = pll_src;
+    rcc.pll = Some(Pll {
+        prediv: PllPreDiv::from_bits((input_mhz / PLL_INPUT_MHZ) as u8),
+        mul: PLL_MULTIPLIER,
+        divp: Some(PllPDiv::DIV2),
+        divq: None,
+        divr: None,
+    });
+    rcc.sys = Sysclk::PLL1_P;
+    rcc.ahb_pre = AHBPrescaler::DIV1;
+    rcc.apb1_pre = APBPrescaler::DIV4;
+    rcc.apb2_pre = APBPrescaler::DIV2;
+    config
+}
+
+/// From now on the loss of the crystal is an exception (NMI) instead of a silent halt.
+pub fn watch_crystal() {
+    RCC.cr().modify(|w| w.set_csson(true));
+}
+
+/// Switches on what hides the flash's five wait states. The HAL leaves it off.
+pub fn enable_caches() {
+    FLASH.acr().modify(|w| {
+        w.set_icrst(true);
+        w.set_dcrst(true);
+    });
+    FLASH.acr().modify(|w| {
+        w.set_icrst(false);
+        w.set_dcrst(false);
+        w.set_icen(true);
+        w.set_dcen(true);
+        w.set_prften(true);
+    });
+}

@@ -1,0 +1,43 @@
+//! The load sensor's voltage on PC0, converted by ADC1 all the time.
+
+use embassy_stm32::pac::adc::vals::{Exten, Res, SampleTime};
+use embassy_stm32::pac::adccommon::vals::Adcpre;
+use embassy_stm32::pac::{ADC1, ADC123_COMMON};
+use embassy_stm32::{Peri, peripherals, rcc};
+
+/// PC0's channel.
+const CHANNEL: u8 = 10;
+
+/// The running converter.
+pub struct Load(());
+
+impl Load {
+    /// Starts converting: 12 bits at 20 MHz, sampled over 480 cycles since load sensors are weak
+    /// sources; a new value every 25 µs.
+    pub(super) fn start(
+        _converter: Peri<'static, peripherals::ADC1>,
+        pin: Peri<'static, peripherals::PC0>,
+    ) -> Self {
+        embassy_stm32::gpio::Flex::new(pin).set_as_analog();
+        rcc::enable_and_reset::<peripherals::ADC1>();
+        ADC123_COMMON.ccr().modify(|w| w.set_adcpre(Adcpre::DIV4));
+        ADC1.cr1().modify(|w| w.set_res(Res::BITS12));
+        ADC1.smpr1()
+            .modify(|w| w.set_smp(usize::from(CHANNEL) - 10, SampleTime::CYCLES480));
+        ADC1.sqr3().modify(|w| w.set_sq(0, CHANNEL));
+        ADC1.cr2().modify(|w| {
+            w.set_adon(true);
+            w.set_cont(true);
+            w.set_exten(Exten::DISABLED);
+        });
+        // 3 µs until the converter is stable.
+        cortex_m::asm::delay(480);
+        ADC1.cr2().modify(|w| w.set_swstart(true));
+        Self(())
+    }
+
+    /// The newest reading, 0 to 4095 for 0 V to the supply.
+    pub fn reading(&self) -> u16 {
+        ADC1.dr().read().data()
+    }
+}

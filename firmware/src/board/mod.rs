@@ -1,0 +1,127 @@
+//! The board: an STM32F405RG with its crystal, an LSM6DSOX, a CAN transceiver, a serial line, a
+//! load sensor and an LED. Which pin is which is said in each module and in the README.
+//!
+//! Nothing here decides anything; that is the library's.
+//!
+//! | interrupts, from the most urgent | |
+//! |---|---|
+//! | 1 | TIM2, the sensor's DMA |
+//! | 2 | the sampling executor |
+//! | 4 | CAN, USART and its DMA, the HAL's timer |
+//! | 5 | the communication executor |
+//! | thread | everything else |
+
+pub mod can;
+pub mod clocks;
+pub mod crash;
+pub mod flash;
+pub mod load;
+pub mod sensor;
+pub mod stack;
+pub mod timebase;
+pub mod uart;
+
+use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::pac::DBGMCU;
+use embassy_stm32::peripherals;
+use embassy_stm32::wdg::IndependentWatchdog;
+
+/// Of the interrupt that stands for the sampling executor.
+pub const SAMPLING_EXECUTOR_PRIORITY: Priority = Priority::P2;
+
+/// Of what the communication lives on.
+const COMMUNICATION_PRIORITY: Priority = Priority::P4;
+
+/// Of the interrupt that stands for the communication executor.
+pub const COMMUNICATION_EXECUTOR_PRIORITY: Priority = Priority::P5;
+
+/// The watchdog's period, µs. Its clock is between half and one and a half times as fast as it
+/// should be, so it bites after 0.68 s at the earliest: later than a sector takes to erase.
+const WATCHDOG_MICROS: u32 = 1_000_000;
+
+/// Everything on the board, started but for what has settings.
+pub struct Board {
+    /// Where the clock comes from.
+    pub clock: clocks::Source,
+    /// Why the processor started.
+    pub reset: crash::Reset,
+    /// What the run before died of.
+    pub crash: Option<crash::Crash>,
+    /// Tells this board from all others.
+    pub serial: u32,
+    /// Ticks and edges.
+    pub timebase: timebase::Timebase,
+    /// The sensor's bus.
+    pub sensor: sensor::Bus,
+    /// The load sensor.
+    pub load: load::Load,
+    /// CAN, not yet on the bus.
+    pub can: can::Parts,
+    /// The serial line, not yet running.
+    pub uart: uart::Parts,
+    /// Where the configuration is kept.
+    pub flash: flash::ConfigFlash,
+    /// Not yet running.
+    pub watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
+    /// Lit when high.
+    pub led: Output<'static>,
+}
+
+/// Starts the board.
+pub fn start() -> Board {
+    let crash = crash::take();
+    let reset = crash::take_reset();
+    let clock = clocks::start();
+    let p = embassy_stm32::init(clocks::config(clock));
+    clocks::enable_caches();
+    if clock == clocks::Source::Crystal {
+        clocks::watch_crystal();
+    }
+    // A program that a debugger has halted is not stuck.
+    DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
+    interrupt::TIM5.set_priority(COMMUNICATION_PRIORITY);
+    let sensor = sensor::Parts {
+        controller: p.SPI1,
+        clock: p.PA5,
+        to_sensor: p.PA7,
+        from_sensor: p.PA6,
+        select: p.PA4,
+        data_ready: p.PA0,
+        transmit_dma: p.DMA2_CH3,
+        receive_dma: p.DMA2_CH0,
+    };
+    Board {
+        clock,
+        reset,
+        crash,
+        serial: serial(),
+        timebase: timebase::Timebase::start(p.TIM2),
+        sensor: sensor.start(),
+        load: load::Load::start(p.ADC1, p.PC0),
+        can: can::Parts {
+            controller: p.CAN1,
+            receive: p.PB8,
+            transmit: p.PB9,
+        },
+        uart: uart::Parts {
+            controller: p.USART1,
+            transmit: p.PA9,
+            receive: p.PA10,
+            transmit_dma: p.DMA2_CH7,
+            receive_dma: p.DMA2_CH2,
+        },
+        flash: flash::ConfigFlash::new(p.FLASH),
+        watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG_MICROS),
+        led: Output::new(p.PC6, Level::Low, Speed::Low),
+    }
+}
+
+/// The 96 bits that the factory gave this chip, folded into 32 (FNV-1a).
+fn serial() -> u32 {
+    embassy_stm32::uid::uid()
+        .into_iter()
+        .fold(0x811C_9DC5, |hash: u32, byte| {
+            (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
+        })
+}

@@ -1,0 +1,182 @@
+//! TIM2: the time of samples, the 1 kHz tick and the data-ready edges' timestamps.
+//!
+//! The timer counts microseconds for ever. Compare channel 2 is the tick. Channel 1 captures each
+//! rising edge of the sensor's data-ready line; only the first edge after a tick raises an
+//! interrupt. Channel 3 says that there was none.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::pac::TIM2;
+use embassy_stm32::pac::timer::{regs, vals};
+use embassy_stm32::{Peri, peripherals, rcc};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use estimator_core::Timestamp;
+use firmware::sampling::{EDGE_LIMIT_US, Tick, Ticks};
+
+/// One tick, µs.
+const TICK_MICROS: u32 = 1_000;
+
+/// How long after the tick the edge may come, µs.
+const EDGE_MICROS: u32 = EDGE_LIMIT_US as u32;
+
+/// Above everything else, together with the sensor's DMA.
+const PRIORITY: Priority = Priority::P1;
+
+/// Channels, counted from 0.
+const EDGE: usize = 0;
+const TICK: usize = 1;
+const DEADLINE: usize = 2;
+
+/// How often the counter has wrapped.
+static WRAPS: AtomicU32 = AtomicU32::new(0);
+
+/// Ticks so far, modulo 2³².
+static TICKS: AtomicU32 = AtomicU32::new(0);
+
+static ALARM: Signal<CriticalSectionRawMutex, Alarm> = Signal::new();
+
+/// What came after a tick.
+#[derive(Clone, Copy)]
+struct Alarm {
+    /// The number of the tick, modulo 2³².
+    tick: u32,
+    /// When it was.
+    time: Timestamp,
+    /// When the data-ready edge came, if it came in time.
+    edge: Option<Timestamp>,
+}
+
+/// The running timer.
+pub struct Timebase {
+    /// The tick served last, if any.
+    served: Option<u32>,
+}
+
+impl Timebase {
+    /// Starts the timer.
+    pub fn start(_timer: Peri<'static, peripherals::TIM2>) -> Self {
+        rcc::enable_and_reset::<peripherals::TIM2>();
+        let cycles_per_micro = rcc::frequency::<peripherals::TIM2>().0 / 1_000_000;
+        TIM2.psc().write_value((cycles_per_micro - 1) as u16);
+        TIM2.arr().write_value(u32::MAX);
+        TIM2.ccmr_input(0)
+            .modify(|w| w.set_ccs(EDGE, vals::CcmrInputCcs::TI4));
+        TIM2.ccer().modify(|w| w.set_cce(EDGE, true));
+        TIM2.ccr(TICK).write_value(TICK_MICROS);
+        // Takes the prescaler over; the update that this is must not count as a wrap.
+        TIM2.egr().write(|w| w.set_ug(true));
+        TIM2.sr().write_value(regs::SrGp16(0));
+        TIM2.dier().modify(|w| {
+            w.set_uie(true);
+            w.set_ccie(TICK, true);
+        });
+        TIM2.cr1().modify(|w| w.set_cen(true));
+        interrupt::TIM2.set_priority(PRIORITY);
+        // SAFETY: the handler below touches nothing that anybody holds a lock on.
+        unsafe { interrupt::TIM2.enable() };
+        Self { served: None }
+    }
+}
+
+impl Ticks for Timebase {
+    async fn next(&mut self) -> Tick {
+        let Alarm { tick, time, edge } = ALARM.wait().await;
+        let missed = match self.served.replace(tick) {
+            Some(before) => tick.wrapping_sub(before).wrapping_sub(1),
+            None => 0,
+        };
+        Tick {
+            time,
+            edge,
+            // The timer captures edges but does not count them.
+            edges: None,
+            missed,
+        }
+    }
+}
+
+/// The time since start.
+pub fn now() -> Timestamp {
+    Timestamp::from_micros(now_micros())
+}
+
+fn now_micros() -> u64 {
+    loop {
+        let wraps = WRAPS.load(Ordering::Acquire);
+        let count = TIM2.cnt().read();
+        // A wrap that the interrupt has not counted yet: it waits for us.
+        let uncounted = TIM2.sr().read().uif() && count < 1 << 31;
+        if WRAPS.load(Ordering::Acquire) == wraps {
+            return (u64::from(wraps) + u64::from(uncounted)) << 32 | u64::from(count);
+        }
+    }
+}
+
+/// When the counter was at `count`, less than a wrap ago.
+fn extend(count: u32) -> Timestamp {
+    let now = now_micros();
+    Timestamp::from_micros(now - u64::from((now as u32).wrapping_sub(count)))
+}
+
+/// Takes what the timer says; shorter than one tick by far.
+#[embassy_stm32::interrupt]
+fn TIM2() {
+    let pending = TIM2.sr().read();
+    let enabled = TIM2.dier().read();
+    if pending.uif() {
+        acknowledge(|w| w.set_uif(false));
+        WRAPS.store(
+            WRAPS.load(Ordering::Relaxed).wrapping_add(1),
+            Ordering::Release,
+        );
+    }
+    if pending.ccif(TICK) {
+        let tick = TIM2.ccr(TICK).read();
+        TIM2.ccr(TICK).write_value(tick.wrapping_add(TICK_MICROS));
+        TIM2.ccr(DEADLINE)
+            .write_value(tick.wrapping_add(EDGE_MICROS));
+        // Edges before the tick are forgotten, with the note that there were several.
+        acknowledge(|w| {
+            w.set_ccif(TICK, false);
+            w.set_ccif(EDGE, false);
+            w.set_ccof(EDGE, false);
+            w.set_ccif(DEADLINE, false);
+        });
+        TICKS.store(
+            TICKS.load(Ordering::Relaxed).wrapping_add(1),
+            Ordering::Relaxed,
+        );
+        wait_for_edge(true);
+    } else if pending.ccif(EDGE) && enabled.ccie(EDGE) {
+        wait_for_edge(false);
+        raise(Some(extend(TIM2.ccr(EDGE).read())));
+    } else if pending.ccif(DEADLINE) && enabled.ccie(DEADLINE) {
+        wait_for_edge(false);
+        raise(None);
+    }
+}
+
+fn wait_for_edge(wait: bool) {
+    TIM2.dier().modify(|w| {
+        w.set_ccie(EDGE, wait);
+        w.set_ccie(DEADLINE, wait);
+    });
+}
+
+fn raise(edge: Option<Timestamp>) {
+    let tick = TIM2.ccr(TICK).read().wrapping_sub(TICK_MICROS);
+    ALARM.signal(Alarm {
+        tick: TICKS.load(Ordering::Relaxed),
+        time: extend(tick),
+        edge,
+    });
+}
+
+/// Clears flags: a one leaves a flag as it is, so that none that comes meanwhile is lost.
+fn acknowledge(clear: impl FnOnce(&mut regs::SrGp16)) {
+    let mut flags = regs::SrGp16(u32::MAX);
+    clear(&mut flags);
+    TIM2.sr().write_value(flags);
+}

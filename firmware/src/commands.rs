@@ -1,0 +1,158 @@
+//! Requests over UART: bytes become messages, messages become answers.
+//!
+//! The low end runs with the UART and may be as slow as it likes: [`UartReceiver`] finds frames,
+//! counts what it must refuse and lets requests pass. The high end, [`answer`], runs in the tick
+//! that takes the request in, and follows the rules of the object dictionary: the same as over SDO.
+
+use wire::node::Command;
+use wire::uart::{Answer, ConfigResponse, Decoder, Message};
+use wire::{AbortCode, Address, Event, Node};
+
+use crate::ports::Input;
+
+/// Finds requests in the bytes of the UART.
+#[derive(Clone, Debug, Default)]
+pub struct UartReceiver {
+    decoder: Decoder,
+    /// Frames that were sound but are no requests.
+    strange: u32,
+    reported: u32,
+}
+
+impl UartReceiver {
+    /// A receiver that has seen nothing yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes in a byte: at the end of a request, the request.
+    pub fn push(&mut self, byte: u8) -> Option<Input> {
+        let frame = self.decoder.push(byte)?.ok()?;
+        match frame.message {
+            Message::ConfigGet(_) | Message::ConfigSet(_) | Message::Nmt(_) => {
+                Some(Input::Uart(frame.message))
+            }
+            _ => {
+                self.strange = self.strange.wrapping_add(1);
+                None
+            }
+        }
+    }
+
+    /// How many frames were refused since this was last asked, where there are any. To be asked
+    /// once for each piece of bytes, so that a flood of garbage makes no flood of reports.
+    pub fn refused(&mut self) -> Option<Input> {
+        let refused = self.decoder.drops().refused().wrapping_add(self.strange);
+        let new = refused.wrapping_sub(self.reported);
+        self.reported = refused;
+        (new > 0).then_some(Input::UartRefused(new))
+    }
+}
+
+/// What comes of a request.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// The answer to send at once; a store or a restore is answered when it is done.
+    pub response: Option<Message>,
+    /// What is to be done about it.
+    pub event: Option<Event>,
+    /// The object it was about.
+    pub address: Option<Address>,
+}
+
+/// Does what a request over UART asks for. Anything but a request does nothing.
+pub fn answer(node: &mut Node, request: &Message) -> Outcome {
+    match request {
+        Message::ConfigGet(get) => {
+            let answer = match node.read(get.address) {
+                Ok(value) => Answer::Value(value.into()),
+                Err(code) => Answer::Refused(code),
+            };
+            Outcome {
+                response: Some(respond(get.address, answer)),
+                event: None,
+                address: Some(get.address),
+            }
+        }
+        Message::ConfigSet(set) => {
+            let (answer, event) = match node.write(set.address, set.value.as_bytes()) {
+                Ok(event @ Some(Event::Store | Event::Restore)) => (None, event),
+                Ok(event) => (Some(Answer::Done), event),
+                Err(code) => (Some(Answer::Refused(code)), None),
+            };
+            Outcome {
+                response: answer.map(|answer| respond(set.address, answer)),
+                event,
+                address: Some(set.address),
+            }
+        }
+        Message::Nmt(request) => {
+            let command: Command = request.0;
+            Outcome {
+                response: None,
+                event: node.command(command),
+                address: None,
+            }
+        }
+        _ => Outcome {
+            response: None,
+            event: None,
+            address: None,
+        },
+    }
+}
+
+/// The answer to a store or a restore that was asked for at `address`.
+#[must_use]
+pub fn finished(address: Address, result: Result<(), AbortCode>) -> Message {
+    let answer = match result {
+        Ok(()) => Answer::Done,
+        Err(code) => Answer::Refused(code),
+    };
+    respond(address, answer)
+}
+
+const fn respond(address: Address, answer: Answer) -> Message {
+    Message::ConfigResponse(ConfigResponse { address, answer })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+    use wire::uart::{ConfigGet, ContactMessage, encode};
+
+    const GET: Message = Message::ConfigGet(ConfigGet {
+        address: Address::new(0x2010, 0),
+    });
+
+    fn pushed(receiver: &mut UartReceiver, bytes: &[u8]) -> Vec<Input> {
+        bytes
+            .iter()
+            .filter_map(|byte| receiver.push(*byte))
+            .collect()
+    }
+
+    #[test]
+    fn requests_pass_and_what_a_foot_sends_itself_is_refused() {
+        let mut receiver = UartReceiver::new();
+        let contact = Message::Contact(ContactMessage::default());
+        let bytes = [encode(0, &contact), encode(1, &GET)];
+        let bytes: Vec<u8> = bytes.iter().flat_map(|b| b.as_bytes().to_vec()).collect();
+        assert_eq!(pushed(&mut receiver, &bytes), [Input::Uart(GET)]);
+        assert_eq!(receiver.refused(), Some(Input::UartRefused(1)));
+        assert_eq!(receiver.refused(), None);
+    }
+
+    #[test]
+    fn a_damaged_request_is_refused_and_the_next_one_is_not() {
+        let mut receiver = UartReceiver::new();
+        let mut damaged = encode(0, &GET).as_bytes().to_vec();
+        damaged[6] ^= 1;
+        assert_eq!(pushed(&mut receiver, &damaged), []);
+        assert_eq!(receiver.refused(), Some(Input::UartRefused(1)));
+        let sound = encode(1, &GET);
+        assert_eq!(pushed(&mut receiver, sound.as_bytes()), [Input::Uart(GET)]);
+    }
+}

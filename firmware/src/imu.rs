@@ -1,0 +1,144 @@
+//! What the sensor said, as the estimator takes it.
+//!
+//! Sensor and estimator do not know each other; they meet here, on the foot and in every program
+//! on a host. Units are SI on both sides, so what is left to say is time and quality, and which
+//! bandwidths the sensor's setting makes.
+
+use estimator_core::{
+    AngularRate, ImuSample, Params, PerAxis, Saturation, SpecificForce, Timestamp, Validity, Vec3,
+};
+use lsm6dsox::{Config, Noise, RawSample, Sample};
+
+/// How the foot sets its sensor.
+pub const SENSOR: Config = Config::FRESH_KILOHERTZ;
+
+/// The estimator's parameters where nothing else is said: its defaults, with the bandwidths of
+/// [`SENSOR`].
+#[must_use]
+pub fn default_params() -> Params {
+    with_bandwidth_of(&SENSOR.noise(), Params::DEFAULT)
+}
+
+/// The sample that was read at the data-ready edge at `timestamp`.
+#[must_use]
+pub fn imu_sample(raw: &RawSample, timestamp: Timestamp) -> ImuSample {
+    let sample = raw.to_si();
+    let vector = |[x, y, z]: [f32; 3]| Vec3::new(x, y, z);
+    ImuSample {
+        timestamp,
+        specific_force: SpecificForce(vector(sample.specific_force)),
+        angular_rate: AngularRate(vector(sample.angular_rate)),
+        validity: validity(&sample),
+    }
+}
+
+/// What stands in for a sample that could not be read at `timestamp`.
+#[must_use]
+pub fn missing_sample(timestamp: Timestamp) -> ImuSample {
+    ImuSample {
+        timestamp,
+        validity: Validity::Invalid,
+        ..ImuSample::default()
+    }
+}
+
+/// Parameters whose bandwidths are the noise of the sensor's setting. Where that is not known,
+/// they stay as they are.
+#[must_use]
+pub fn with_bandwidth_of(noise: &Noise, params: Params) -> Params {
+    Params {
+        bandwidth: PerAxis::by_sensor(
+            noise.specific_force.unwrap_or(params.bandwidth.ax),
+            noise.angular_rate.unwrap_or(params.bandwidth.wx),
+        ),
+        ..params
+    }
+}
+
+/// A sample of which one sensor gave nothing new is stale as a whole, whatever its range.
+const fn validity(sample: &Sample) -> Validity {
+    if !(sample.accel_fresh && sample.gyro_fresh) {
+        return Validity::Stale;
+    }
+    match (sample.accel_saturated, sample.gyro_saturated) {
+        (false, false) => Validity::Valid,
+        (true, false) => Validity::Saturated(Saturation::Accelerometer),
+        (false, true) => Validity::Saturated(Saturation::Gyroscope),
+        (true, true) => Validity::Saturated(Saturation::Both),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A burst with these freshness bits and these codes on ωy and ax.
+    fn read(status: u8, rate: i16, force: i16) -> ImuSample {
+        let mut bytes = [0; 16];
+        bytes[0] = status;
+        bytes[6..8].copy_from_slice(&rate.to_le_bytes());
+        bytes[10..12].copy_from_slice(&force.to_le_bytes());
+        let raw = RawSample::decode(&bytes, &SENSOR).expect("a status");
+        imu_sample(&raw, Timestamp::from_micros(1_234))
+    }
+
+    #[test]
+    fn units_axes_and_time_are_kept() {
+        let sample = read(0b11, -1000, 2000);
+        assert_eq!(sample.timestamp.as_micros(), 1_234);
+        assert_eq!(sample.validity, Validity::Valid);
+        // 2000 codes of 0.488 mg; 1000 of 70 m°/s.
+        assert!((sample.specific_force.0.x - 9.5713).abs() < 1e-3);
+        assert!((sample.angular_rate.0.y + 1.22173).abs() < 1e-4);
+        assert_eq!(
+            (sample.specific_force.0.y, sample.angular_rate.0.z),
+            (0.0, 0.0)
+        );
+    }
+
+    #[test]
+    fn a_saturated_sample_says_which_sensor_it_is() {
+        for (rate, force, saturation) in [
+            (0, i16::MIN, Saturation::Accelerometer),
+            (28_571, 0, Saturation::Gyroscope),
+            (i16::MIN, i16::MAX, Saturation::Both),
+        ] {
+            assert_eq!(
+                read(0b11, rate, force).validity,
+                Validity::Saturated(saturation)
+            );
+        }
+    }
+
+    #[test]
+    fn one_sensor_without_news_makes_the_sample_stale_even_at_the_end_of_its_range() {
+        for status in [0b00, 0b01, 0b10] {
+            assert_eq!(
+                read(status, i16::MAX, 0).validity,
+                Validity::Stale,
+                "{status:#b}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_could_not_be_read_is_invalid() {
+        let sample = missing_sample(Timestamp::from_micros(7));
+        assert_eq!(
+            (sample.timestamp.as_micros(), sample.validity),
+            (7, Validity::Invalid)
+        );
+    }
+
+    #[test]
+    fn bandwidths_are_the_noise_of_the_setting_and_stay_where_it_is_not_known() {
+        let noise = Noise {
+            specific_force: Some(0.5),
+            angular_rate: None,
+        };
+        let params = with_bandwidth_of(&noise, Params::DEFAULT);
+        assert_eq!((params.bandwidth.ax, params.bandwidth.az), (0.5, 0.5));
+        assert_eq!(params.bandwidth.wz, Params::DEFAULT.bandwidth.wz);
+        assert_eq!(params.half_width, Params::DEFAULT.half_width);
+    }
+}

@@ -1,0 +1,401 @@
+//! What runs on the foot, from top to bottom as a sample goes: the board starts, the sampling loop
+//! turns data-ready edges into frames, the communication takes frames out and requests in, and
+//! what is left watches over them.
+//!
+//! Three levels, and nothing of a lower one delays a higher one:
+//!
+//! | level | what runs there |
+//! |---|---|
+//! | sampling, an executor at interrupt priority 2 | [`sample`] |
+//! | communication, an executor at interrupt priority 5 | [`send_can`], [`receive_can`], [`watch_bus`], [`send_uart`], [`receive_uart`] |
+//! | thread | [`serve_requests`], [`feed_watchdog`], [`blink`] |
+
+#![no_std]
+#![no_main]
+
+mod board;
+
+use core::ops::Range;
+use core::sync::atomic::{AtomicU8, Ordering};
+
+use defmt_rtt as _;
+use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
+use embassy_futures::select::{Either, select};
+use embassy_stm32::gpio::Output;
+use embassy_stm32::interrupt::{self, InterruptExt};
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Timer, with_timeout};
+use firmware::commands::UartReceiver;
+use firmware::ports::{BusState, Input, Request};
+use firmware::sampling::{self, Sensor};
+use firmware::storage::{Origin, Storage};
+use firmware::supervision::Worker;
+use firmware::{Foot, Ports, Start};
+use static_cell::StaticCell;
+use wire::node::{BootCause, Crash};
+use wire::{CanFrame, Fault, Stage};
+
+use board::clocks::Source;
+use board::crash::Reset;
+use board::flash::ConfigFlash;
+
+/// All that the levels share.
+static PORTS: Ports<CriticalSectionRawMutex> = Ports::new();
+
+/// What the LED shows: the stage's code, and [`TROUBLE`] while a fault lasts.
+static LIGHT: AtomicU8 = AtomicU8::new(0);
+const TROUBLE: u8 = 0x80;
+
+/// The UART's new rate.
+static UART_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();
+
+static SAMPLING: InterruptExecutor = InterruptExecutor::new();
+static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
+
+/// How long a bus may take nothing before what waits for it is too old.
+const BUS_PATIENCE: Duration = Duration::from_millis(20);
+
+/// How often a task that has nothing to do says that it is there.
+const IDLE: Duration = Duration::from_millis(100);
+
+/// How often the watchdog can be fed: ten times before it bites.
+const FEEDING: Duration = Duration::from_millis(60);
+
+/// How often it is fed between two looks at the stack.
+const FEEDINGS_A_LOOK: u32 = 50;
+
+/// Identifiers of process data: a later one makes an earlier one worthless.
+const PROCESS_DATA: Range<u16> = 0x180..0x580;
+
+/// What the board keeps its settings in.
+type Settings = Storage<ConfigFlash>;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    static THREAD: StaticCell<Executor> = StaticCell::new();
+
+    let board = board::start();
+    let mut led = board.led;
+    let Ok(mut storage) = Storage::new(board.flash, 0..board::flash::SIZE) else {
+        give_up(&mut led, "the configuration's pages are none");
+    };
+    let (settings, origin) = embassy_futures::block_on(storage.load());
+    let start = Start {
+        serial: board.serial,
+        cause: match (board.reset, board.crash.is_some()) {
+            (Reset::Software, false) => BootCause::Commanded,
+            _ => BootCause::PowerUp,
+        },
+        crash: reason_for_start(board.crash, board.reset),
+        settings_corrupted: origin == Origin::Corrupted,
+        crystal_missing: board.clock == Source::Internal,
+    };
+    introduce(&start, origin);
+    let (can_rate, uart_rate) = (settings.can_bit_rate(), settings.uart_rate());
+    let self_test = settings.self_test();
+    let Some(foot) = make_foot(settings, start) else {
+        give_up(&mut led, "the settings do not fit each other");
+    };
+    let Ok((uart_out, uart_in)) = board.uart.start(uart_rate) else {
+        give_up(&mut led, "the UART cannot have its rate");
+    };
+
+    interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
+    let sampling = SAMPLING.start(interrupt::UART4);
+    let sensor = Sensor::new(board.sensor);
+    once(
+        sample(sensor, board.timebase, board.load, foot, self_test),
+        |task| sampling.spawn(task),
+    );
+
+    interrupt::UART5.set_priority(board::COMMUNICATION_EXECUTOR_PRIORITY);
+    let communication = COMMUNICATION.start(interrupt::UART5);
+    // Without a crystal the bus is left alone: the clock is not good enough for it.
+    let can = (board.clock == Source::Crystal).then(|| {
+        let (control, can_out, can_in) = board.can.start(can_rate);
+        once(send_can(can_out), |task| communication.spawn(task));
+        once(receive_can(can_in), |task| communication.spawn(task));
+        once(watch_bus(), |task| communication.spawn(task));
+        control
+    });
+    once(send_uart(uart_out), |task| communication.spawn(task));
+    once(receive_uart(uart_in), |task| communication.spawn(task));
+
+    THREAD.init(Executor::new()).run(|thread| {
+        once(serve_requests(storage, can), |task| thread.spawn(task));
+        once(feed_watchdog(board.watchdog), |task| thread.spawn(task));
+        once(blink(led), |task| thread.spawn(task));
+    })
+}
+
+// The sampling level.
+
+/// Tick, edge, burst, estimate, frames: for ever.
+#[embassy_executor::task]
+async fn sample(
+    sensor: Sensor<board::sensor::Bus>,
+    ticks: board::timebase::Timebase,
+    load: board::load::Load,
+    foot: &'static mut Foot,
+    self_test: bool,
+) {
+    sampling::run(
+        sensor,
+        board::sensor::Delay,
+        ticks,
+        self_test,
+        |tick, measurement| {
+            foot.tick(tick, measurement, Some(load.reading()), &PORTS);
+            let trouble = if foot.faults().is_empty() { 0 } else { TROUBLE };
+            LIGHT.store(foot.stage().code() | trouble, Ordering::Relaxed);
+        },
+    )
+    .await;
+}
+
+// The communication level.
+
+/// Takes frames to the bus.
+#[embassy_executor::task]
+async fn send_can(mut can: board::can::Sender) {
+    loop {
+        // Without a time limit, and its cost, where one is there already.
+        let frame = match PORTS.try_next_can() {
+            Some(frame) => Some(frame),
+            None => with_timeout(IDLE, PORTS.next_can()).await.ok(),
+        };
+        if let Some(frame) = frame {
+            deliver(&frame, &mut can).await;
+        }
+        PORTS.progress.report(Worker::Can);
+    }
+}
+
+/// Takes a frame to the bus. Where that takes nothing for too long, process data are given up, in
+/// the mailboxes too: what comes first when the bus is back is new.
+async fn deliver(frame: &CanFrame, can: &mut board::can::Sender) {
+    while !can.try_send(frame) {
+        if with_timeout(BUS_PATIENCE, can.room_for(frame))
+            .await
+            .is_err()
+        {
+            PORTS.progress.report(Worker::Can);
+            can.withdraw(&PROCESS_DATA);
+            if PROCESS_DATA.contains(&frame.id()) {
+                return;
+            }
+        }
+    }
+}
+
+/// Takes frames from the bus to the foot.
+#[embassy_executor::task]
+async fn receive_can(mut can: board::can::Receiver) {
+    loop {
+        let frame = can.receive().await;
+        let now = board::timebase::now();
+        if board::can::take_overrun() {
+            PORTS.put(Input::CanLost(1)).await;
+        }
+        PORTS.put(Input::Can(frame, now)).await;
+    }
+}
+
+/// Tells the foot how the controller gets on with the bus. Bus-off lasts 1.4 ms at the least.
+#[embassy_executor::task]
+async fn watch_bus() {
+    let mut known = BusState::Active;
+    loop {
+        let state = board::can::bus_state();
+        // The counters alone are no news.
+        if core::mem::discriminant(&state) != core::mem::discriminant(&known) {
+            known = state;
+            PORTS.put(Input::Bus(state)).await;
+        }
+        Timer::after_millis(1).await;
+    }
+}
+
+/// Takes frames to the serial line.
+#[embassy_executor::task]
+async fn send_uart(mut uart: board::uart::Sender) {
+    loop {
+        match with_timeout(IDLE, select(PORTS.next_uart(), UART_RATE.wait())).await {
+            Ok(Either::First(frame)) => uart.send(frame.as_bytes()).await,
+            Ok(Either::Second(rate)) => uart.set_rate(rate).await,
+            Err(_) => {}
+        }
+        PORTS.progress.report(Worker::Uart);
+    }
+}
+
+/// Takes requests from the serial line to the foot.
+#[embassy_executor::task]
+async fn receive_uart(mut uart: board::uart::Receiver) {
+    let mut requests = UartReceiver::new();
+    let mut bytes = [0; 64];
+    loop {
+        let Some(bytes) = uart.receive(&mut bytes).await else {
+            PORTS.put(Input::UartLost(1)).await;
+            // A line with the wrong rate gives nothing but errors.
+            Timer::after_millis(1).await;
+            continue;
+        };
+        for byte in bytes {
+            if let Some(request) = requests.push(*byte) {
+                PORTS.put(request).await;
+            }
+        }
+        if let Some(refused) = requests.refused() {
+            PORTS.put(refused).await;
+        }
+    }
+}
+
+// The thread level.
+
+/// Does what takes longer than a tick.
+#[embassy_executor::task]
+async fn serve_requests(mut storage: Settings, mut can: Option<board::can::Control>) {
+    loop {
+        match PORTS.next_request().await {
+            Request::Store(settings) => {
+                let stored = storage.store(&settings).await;
+                PORTS.put(Input::Stored(stored)).await;
+            }
+            Request::Restore => {
+                let forgotten = storage.restore().await;
+                PORTS.put(Input::Stored(forgotten)).await;
+            }
+            Request::Reload => {
+                let (settings, _) = storage.load().await;
+                if let Some(can) = &mut can {
+                    can.set_bit_rate(settings.can_bit_rate());
+                }
+                UART_RATE.signal(settings.uart_rate());
+                PORTS.reload(settings).await;
+            }
+            Request::Reset => cortex_m::peripheral::SCB::sys_reset(),
+        }
+    }
+}
+
+/// Feeds the watchdog while everybody gets on.
+#[embassy_executor::task]
+async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) {
+    watchdog.unleash();
+    let mut deepest = 0;
+    loop {
+        for _ in 0..FEEDINGS_A_LOOK {
+            Timer::after(FEEDING).await;
+            if PORTS.progress.all_got_on() {
+                watchdog.pet();
+            }
+        }
+        let used = board::stack::high_water();
+        if used > deepest {
+            deepest = used;
+            defmt::info!("stack: {} of {} bytes", used, board::stack::size());
+        }
+    }
+}
+
+/// Shows how the foot is: the LED is on for so long, then off for so long.
+#[embassy_executor::task]
+async fn blink(mut led: Output<'static>) {
+    loop {
+        let light = LIGHT.load(Ordering::Relaxed);
+        let stage = Stage::from_code(light & !TROUBLE).unwrap_or(Stage::Starting);
+        let (on, off) = match stage {
+            Stage::Starting | Stage::SelfTest => (50, 50),
+            Stage::HoldStill => (250, 250),
+            Stage::Recovering => (50, 150),
+            Stage::Running if light & TROUBLE != 0 => (900, 100),
+            Stage::Running => (50, 950),
+        };
+        led.set_high();
+        Timer::after_millis(on).await;
+        led.set_low();
+        Timer::after_millis(off).await;
+    }
+}
+
+// Starting.
+
+/// Why the board was restarted, where it was not switched on.
+fn reason_for_start(crash: Option<board::crash::Crash>, reset: Reset) -> Option<Crash> {
+    if let Some(crash) = crash {
+        defmt::error!(
+            "the run before stopped at {=u32:#010x}: reason {=u32}, detail {=u32:#x}",
+            crash.record.program_counter,
+            crash.record.reason as u32,
+            crash.detail
+        );
+        return Some(crash.record.into());
+    }
+    (reset == Reset::Watchdog).then_some(Crash {
+        fault: Fault::WatchdogReset,
+        program_counter: 0,
+    })
+}
+
+fn introduce(start: &Start, origin: Origin) {
+    defmt::info!(
+        "footfall {=str}, serial {=u32:08x}, {=str} settings, {=str} oscillator",
+        env!("CARGO_PKG_VERSION"),
+        start.serial,
+        match origin {
+            Origin::Stored => "stored",
+            Origin::Blank => "default",
+            Origin::Corrupted => "unreadable",
+        },
+        if start.crystal_missing {
+            "internal"
+        } else {
+            "crystal"
+        },
+    );
+}
+
+/// The foot, in its place. Apart from `main`, so that what it takes of the stack meanwhile is given
+/// back.
+#[inline(never)]
+fn make_foot(settings: wire::Settings, start: Start) -> Option<&'static mut Foot> {
+    static FOOT: StaticCell<Foot> = StaticCell::new();
+    let foot = Foot::new(settings, start).ok()?;
+    Some(FOOT.init(foot))
+}
+
+/// Spawns a task of which there is one.
+fn once<S>(task: Result<SpawnToken<S>, SpawnError>, spawn: impl FnOnce(SpawnToken<S>)) {
+    match task {
+        Ok(task) => spawn(task),
+        Err(_) => defmt::error!("a task was spawned twice"),
+    }
+}
+
+/// What is left where the program contradicts itself: light, and a line in the log.
+fn give_up(led: &mut Output<'static>, why: &str) -> ! {
+    led.set_high();
+    defmt::error!("cannot start: {=str}", why);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+// The interrupts that stand for the executors; their own peripherals are not used.
+
+#[embassy_stm32::interrupt]
+unsafe fn UART4() {
+    // SAFETY: called by this very interrupt.
+    unsafe { SAMPLING.on_interrupt() };
+}
+
+#[embassy_stm32::interrupt]
+unsafe fn UART5() {
+    // SAFETY: called by this very interrupt.
+    unsafe { COMMUNICATION.on_interrupt() };
+}

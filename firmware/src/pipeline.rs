@@ -1,0 +1,593 @@
+//! The foot: a sample goes in each tick, frames come out on the same tick.
+//!
+//! [`Foot::tick`] reads top to bottom as what happens in a millisecond: requests that came in since
+//! the last one, the sensor's troubles, the load, the estimate, the frames. Its work is bounded:
+//! at most [`INPUTS_PER_TICK`] requests, one estimate, one frame of each kind.
+//!
+//! **Fail-safe.** While a fault of the sensor lasts, every frame has P = 0 and the fault flag,
+//! whatever the estimator says; without a believable sample no frame says "stable". A fault lasts
+//! until [`SOUND_TICKS`] good samples have come in a row.
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use estimator_core::{
+    ContactEstimate, ContactEstimator, Flag, Load, ParamsError, Timestamp, Validity,
+};
+use lsm6dsox::scale::FullScale;
+use wire::dictionary::index;
+use wire::node::{BootCause, Crash, State};
+use wire::pdo::{Quantity, TEMPERATURE_STEP};
+use wire::settings::{LoadSource, WINDOW_CAPACITY};
+use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
+use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage};
+
+use crate::calibration::{Calibration, News};
+use crate::commands;
+use crate::ports::{BusState, Input, Ports, Request};
+use crate::sampling::{Activity, Measurement, Tick, Trouble};
+use crate::supervision::{Fading, Hysteresis, Worker};
+use crate::telemetry::Lane;
+
+/// Requests that one tick takes in; more wait for the next.
+pub const INPUTS_PER_TICK: usize = 8;
+
+/// Good samples in a row after which a fault of the sensor is over.
+pub const SOUND_TICKS: u16 = 20;
+
+/// Readings of the load input in which it is connected; at the ends of the 12-bit range it is
+/// open or shorted.
+pub const LOAD_READINGS: core::ops::RangeInclusive<u16> = 16..=4079;
+
+/// Ticks for which a fault that is an event is kept up after it last happened.
+const FADING_TICKS: u16 = 1000;
+
+/// Ticks for which the reason of the last restart is kept up as a fault. The object 0x2113 keeps
+/// it for good.
+const RESTART_TICKS: u16 = 10_000;
+
+/// What is known at the start, beside the settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Start {
+    /// Tells this board from all others.
+    pub serial: u32,
+    /// Whether somebody asked for the start.
+    pub cause: BootCause,
+    /// Why the board was restarted, where it was not switched on: a [`CrashRecord`] of before, or
+    /// [`Fault::WatchdogReset`].
+    ///
+    /// [`CrashRecord`]: crate::supervision::CrashRecord
+    pub crash: Option<Crash>,
+    /// The kept settings could not be read: defaults are in use.
+    pub settings_corrupted: bool,
+    /// The crystal does not start: there is no CAN.
+    pub crystal_missing: bool,
+}
+
+/// Who waits for settings to be stored or forgotten.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asker {
+    Can,
+    Uart(Address),
+}
+
+/// What the estimator, the node and everything between them know.
+#[derive(Debug)]
+pub struct Foot {
+    node: Node,
+    estimator: ContactEstimator<WINDOW_CAPACITY>,
+    /// Settings of the estimator have changed since it was made.
+    outdated: bool,
+    estimate: ContactEstimate,
+    counters: Counters,
+    temperature: f32,
+    stage: Stage,
+    /// Good samples since the last bad one.
+    sound_ticks: u16,
+    saturated: Hysteresis,
+    load_open: Hysteresis,
+    calibration: Calibration,
+    fading: Fading,
+    bus: BusState,
+    can_lost: u32,
+    start: Option<Start>,
+    with_can: bool,
+    storing: Option<Asker>,
+    /// A request that did not get through yet.
+    wanted: Option<Request>,
+    ticks: u32,
+    uart_sequence: u16,
+}
+
+impl Foot {
+    /// A foot that has seen nothing yet; it introduces itself on its first tick.
+    ///
+    /// # Errors
+    /// What [`Settings`] that were checked never cause: parameters that do not fit each other.
+    pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
+        let estimator = ContactEstimator::new(&settings.params().validate()?);
+        Ok(Self {
+            node: Node::new(settings, start.serial),
+            estimator,
+            outdated: false,
+            estimate: ContactEstimate::default(),
+            counters: Counters::default(),
+            temperature: f32::NAN,
+            stage: Stage::Starting,
+            sound_ticks: 0,
+            saturated: Hysteresis::new(1, SOUND_TICKS),
+            load_open: Hysteresis::new(10, 100),
+            calibration: Calibration::default(),
+            fading: Fading::default(),
+            bus: BusState::Active,
+            can_lost: 0,
+            start: Some(start),
+            with_can: !start.crystal_missing,
+            storing: None,
+            wanted: None,
+            ticks: 0,
+            uart_sequence: 0,
+        })
+    }
+
+    /// Its settings.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        self.node.settings()
+    }
+
+    /// What the board is doing, for its LED.
+    #[must_use]
+    pub const fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// The faults that last, for its LED.
+    #[must_use]
+    pub const fn faults(&self) -> wire::Faults {
+        self.node.faults()
+    }
+
+    /// The newest estimate.
+    #[must_use]
+    pub const fn estimate(&self) -> &ContactEstimate {
+        &self.estimate
+    }
+
+    /// What was counted so far.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// One millisecond. `reading` is the newest of the analog load input, where the board has one.
+    pub fn tick<M: RawMutex>(
+        &mut self,
+        tick: &Tick,
+        measurement: &Measurement,
+        reading: Option<u16>,
+        ports: &Ports<M>,
+    ) {
+        self.ticks = self.ticks.wrapping_add(1);
+        self.introduce(ports);
+        self.take_inputs(ports);
+        self.count(tick, measurement, ports);
+        self.judge_sensor(measurement, ports);
+        let load = self.load(reading, ports);
+
+        if core::mem::take(&mut self.outdated)
+            && let Ok(config) = self.settings().params().validate()
+        {
+            self.estimator = ContactEstimator::new(&config);
+        }
+        self.estimate = self.estimator.update(&measurement.sample, load);
+        self.set_stage(measurement, ports);
+        if let Some(news) = self.calibration.tick(&self.estimate) {
+            self.publish_calibration(news, ports);
+        }
+
+        self.send_can(ports);
+        self.send_uart(measurement, tick.time, ports);
+        let mut gone = wire::Faults::NONE;
+        self.fading.tick(|fault| gone = gone.with(fault));
+        gone.iter().for_each(|fault| self.clear(fault, ports));
+        self.report_progress(measurement, ports);
+    }
+
+    /// On the first tick: the boot-up message, and what is wrong from before.
+    fn introduce<M: RawMutex>(&mut self, ports: &Ports<M>) {
+        let Some(start) = self.start.take() else {
+            return;
+        };
+        self.boot(start.cause, ports);
+        if start.crystal_missing {
+            self.raise(Fault::CrystalMissing, 0, ports);
+        }
+        if start.settings_corrupted {
+            self.raise(Fault::ConfigCorrupted, 0, ports);
+        }
+        if let Some(crash) = start.crash {
+            self.node.set_crash(crash);
+            self.raise(crash.fault, crash.program_counter, ports);
+            self.fading.hold(crash.fault, RESTART_TICKS);
+        }
+    }
+
+    fn boot<M: RawMutex>(&mut self, cause: BootCause, ports: &Ports<M>) {
+        if let Some(frame) = self.node.boot(cause) {
+            self.push_can(Lane::Answer, frame, ports);
+        }
+    }
+
+    fn take_inputs<M: RawMutex>(&mut self, ports: &Ports<M>) {
+        if let Some(settings) = ports.take_reloaded() {
+            self.node.set_settings(settings);
+            self.outdated = true;
+            self.boot(BootCause::Commanded, ports);
+        }
+        for _ in 0..INPUTS_PER_TICK {
+            let Some(input) = ports.take_input() else {
+                break;
+            };
+            self.take_input(&input, ports);
+        }
+        if let Some(request) = self.wanted.take()
+            && !ports.request(request.clone())
+        {
+            self.wanted = Some(request);
+        }
+    }
+
+    fn take_input<M: RawMutex>(&mut self, input: &Input, ports: &Ports<M>) {
+        match input {
+            Input::Can(frame, at) => {
+                let outcome = self.node.receive(frame, *at);
+                if let Some(reply) = outcome.reply {
+                    self.push_can(Lane::Answer, reply, ports);
+                }
+                if let Some(event) = outcome.event {
+                    self.act(event, Asker::Can, ports);
+                }
+            }
+            Input::Uart(message) => {
+                let outcome = commands::answer(&mut self.node, message);
+                if let Some(response) = outcome.response {
+                    self.push_uart(Lane::Answer, response, ports);
+                }
+                if let Some(event) = outcome.event {
+                    let address = outcome.address.unwrap_or(Address::new(0, 0));
+                    self.act(event, Asker::Uart(address), ports);
+                }
+            }
+            Input::UartRefused(count) => self.counters.add(Counter::UartRefused, *count),
+            Input::UartLost(count) => {
+                self.counters.add(Counter::UartOverruns, *count);
+                let lost = self.counters.get(Counter::UartOverruns);
+                self.raise_for_a_while(Fault::UartOverrun, lost, ports);
+            }
+            Input::CanLost(count) => {
+                self.can_lost = self.can_lost.wrapping_add(*count);
+                self.raise_for_a_while(Fault::CanOverrun, self.can_lost, ports);
+            }
+            Input::Bus(state) => self.take_bus_state(*state, ports),
+            Input::Stored(result) => self.stored(*result, ports),
+        }
+    }
+
+    fn act<M: RawMutex>(&mut self, event: Event, asker: Asker, ports: &Ports<M>) {
+        match event {
+            Event::Changed(address) => {
+                self.outdated |= (index::WINDOW..=index::LOAD_INPUT).contains(&address.index);
+            }
+            Event::Store => self.store(asker, Request::Store(self.settings().clone()), ports),
+            Event::Restore => self.store(asker, Request::Restore, ports),
+            Event::ResetNode => self.wanted = Some(Request::Reset),
+            Event::ResetCommunication => self.wanted = Some(Request::Reload),
+            Event::Calibration(command) => {
+                let params = self.settings().params();
+                let state = self.calibration.command(command, &params);
+                self.node.set_calibration(state);
+                self.outdated |= command == wire::node::Calibration::Accept;
+                self.clear(Fault::CalibrationFailed, ports);
+            }
+            // The node keeps the load and the time, and knows when it last heard of them.
+            Event::Load(_) | Event::State(_) | Event::Sync(_) | Event::Time(_) => {}
+        }
+    }
+
+    fn store<M: RawMutex>(&mut self, asker: Asker, request: Request, ports: &Ports<M>) {
+        if self.storing.is_none() && ports.request(request) {
+            self.storing = Some(asker);
+        } else {
+            self.answer_store(asker, Err(AbortCode::Hardware), ports);
+        }
+    }
+
+    fn stored<M: RawMutex>(
+        &mut self,
+        result: Result<(), crate::ports::StoreFailed>,
+        ports: &Ports<M>,
+    ) {
+        match result {
+            Ok(()) => {
+                self.clear(Fault::ConfigStore, ports);
+                self.clear(Fault::ConfigCorrupted, ports);
+            }
+            Err(_) => self.raise(Fault::ConfigStore, 0, ports),
+        }
+        if let Some(asker) = self.storing.take() {
+            self.answer_store(asker, result.map_err(|_| AbortCode::Hardware), ports);
+        }
+    }
+
+    fn answer_store<M: RawMutex>(
+        &mut self,
+        asker: Asker,
+        result: Result<(), AbortCode>,
+        ports: &Ports<M>,
+    ) {
+        match asker {
+            Asker::Can => {
+                if let Some(frame) = self.node.finish(result) {
+                    self.push_can(Lane::Answer, frame, ports);
+                }
+            }
+            Asker::Uart(address) => {
+                self.push_uart(Lane::Answer, commands::finished(address, result), ports);
+            }
+        }
+    }
+
+    fn take_bus_state<M: RawMutex>(&mut self, state: BusState, ports: &Ports<M>) {
+        let before = core::mem::replace(&mut self.bus, state);
+        if state == BusState::Off && before != BusState::Off {
+            self.counters.add(Counter::CanBusOff, 1);
+        }
+        if before == BusState::Off && state != BusState::Off {
+            let recoveries = self.counters.get(Counter::CanBusOff);
+            self.raise_for_a_while(Fault::CanBusOff, recoveries, ports);
+        }
+        match state {
+            BusState::Active => self.clear(Fault::CanErrorPassive, ports),
+            BusState::Passive(receive, transmit) => {
+                let detail = u32::from_le_bytes([receive, transmit, 0, 0]);
+                self.raise(Fault::CanErrorPassive, detail, ports);
+            }
+            BusState::Off => {}
+        }
+    }
+
+    fn count<M: RawMutex>(&mut self, tick: &Tick, measurement: &Measurement, ports: &Ports<M>) {
+        self.counters.add(Counter::Ticks, 1);
+        let counter = match measurement.sample.checked_validity() {
+            Validity::Valid => Counter::ValidSamples,
+            Validity::Saturated(_) => Counter::SaturatedSamples,
+            Validity::Stale | Validity::Invalid => Counter::MissedSamples,
+        };
+        self.counters.add(counter, 1);
+        let counted = self.counters.get(Counter::SensorRestarts);
+        let restarts = measurement.restarts.wrapping_sub(counted);
+        self.counters.add(Counter::SensorRestarts, restarts);
+        if tick.missed > 0 {
+            self.counters.add(Counter::LateTicks, tick.missed);
+            let late_us = tick.missed.saturating_mul(1000);
+            self.raise_for_a_while(Fault::LateTick, late_us, ports);
+        }
+    }
+
+    /// Faults of the sensor come at once and go after good samples.
+    fn judge_sensor<M: RawMutex>(&mut self, measurement: &Measurement, ports: &Ports<M>) {
+        if let Some(raw) = &measurement.raw {
+            self.temperature = raw.temperature.to_celsius();
+        }
+        let good = matches!(
+            measurement.sample.validity,
+            Validity::Valid | Validity::Saturated(_)
+        );
+        self.sound_ticks = match measurement.trouble {
+            None if good => self.sound_ticks.saturating_add(1),
+            _ => 0,
+        };
+        if let Some(Trouble { fault, detail }) = measurement.trouble {
+            self.raise(fault, detail, ports);
+        }
+        if self.saturated.update(measurement.saturated_for_long) {
+            let samples = u32::from(crate::sampling::SATURATED_TICKS);
+            self.raise(Fault::SensorSaturated, samples, ports);
+        } else {
+            self.clear(Fault::SensorSaturated, ports);
+        }
+        if self.sound_ticks >= SOUND_TICKS {
+            // What the self-test has found stays until the next start.
+            for fault in [
+                Fault::SensorSilent,
+                Fault::SensorFrozen,
+                Fault::SensorWrongId,
+                Fault::SensorReset,
+                Fault::SensorConfigMismatch,
+                Fault::SensorTiming,
+            ] {
+                self.clear(fault, ports);
+            }
+        }
+    }
+
+    /// The load on the foot now, where it is known.
+    fn load<M: RawMutex>(&mut self, reading: Option<u16>, ports: &Ports<M>) -> Option<Load> {
+        let input = self.settings().load_input();
+        let analog = (input.source == LoadSource::Analog).then_some(reading);
+        let open = analog.is_some_and(|reading| {
+            !reading.is_some_and(|reading| LOAD_READINGS.contains(&reading))
+        });
+        if self.load_open.update(open) {
+            let detail = reading.map_or(u32::MAX, u32::from);
+            self.raise(Fault::LoadSensorOpen, detail, ports);
+            return None;
+        }
+        self.clear(Fault::LoadSensorOpen, ports);
+        match input.source {
+            LoadSource::None => None,
+            LoadSource::Analog => {
+                let reading = reading.filter(|_| !open)?;
+                Some(Load(input.scale * (f32::from(reading) - input.offset)))
+            }
+            LoadSource::Can => self.node.load().map(Into::into),
+        }
+    }
+
+    fn set_stage<M: RawMutex>(&mut self, measurement: &Measurement, ports: &Ports<M>) {
+        let stage = match measurement.activity {
+            Activity::Starting => Stage::Starting,
+            Activity::SelfTest => Stage::SelfTest,
+            Activity::Recovering => Stage::Recovering,
+            Activity::Measuring => {
+                if self.estimate.flags.contains(Flag::AttitudeNotInitialised) {
+                    Stage::HoldStill
+                } else {
+                    Stage::Running
+                }
+            }
+        };
+        if stage != self.stage {
+            self.stage = stage;
+            self.node.set_stage(stage);
+            self.log(INFORMATION, stage.name(), ports);
+        }
+    }
+
+    fn publish_calibration<M: RawMutex>(&mut self, news: News, ports: &Ports<M>) {
+        self.node.set_calibration(self.calibration.state());
+        if let News::Failed(too_few) = news {
+            self.raise(Fault::CalibrationFailed, u32::from(too_few.found), ports);
+        }
+    }
+
+    fn send_can<M: RawMutex>(&mut self, ports: &Ports<M>) {
+        let with_can = self.with_can;
+        let mut dropped = 0;
+        let (node, counters) = (&mut self.node, &self.counters);
+        node.tick(&self.estimate, self.temperature, counters, |frame| {
+            if with_can {
+                dropped += ports.push_can(lane_of(&frame), frame);
+            }
+        });
+        self.counters.add(Counter::CanDropped, dropped);
+    }
+
+    fn send_uart<M: RawMutex>(
+        &mut self,
+        measurement: &Measurement,
+        now: Timestamp,
+        ports: &Ports<M>,
+    ) {
+        if self.node.state() == State::Stopped {
+            return;
+        }
+        let streams = self.settings().uart_streams();
+        let ticks = self.ticks;
+        let is_due = |every: u16| every != 0 && ticks.is_multiple_of(u32::from(every));
+        if is_due(streams.contact) {
+            let contact = ContactMessage::new(&self.estimate, self.node.faults());
+            self.push_uart(Lane::Stream, Message::Contact(contact), ports);
+        }
+        if is_due(streams.raw)
+            && let Some(raw) = raw_message(measurement)
+        {
+            self.push_uart(Lane::Stream, Message::Raw(raw), ports);
+        }
+        if is_due(streams.health) {
+            let health = HealthMessage {
+                timestamp: now,
+                stage: self.stage,
+                state: self.node.state(),
+                id: self.node.id(),
+                faults: self.node.faults(),
+                temperature: Quantity::new(self.temperature, TEMPERATURE_STEP),
+                counters: self.counters,
+                unknown_faults: 0,
+            };
+            self.push_uart(Lane::Stream, Message::Health(health), ports);
+        }
+    }
+
+    fn report_progress<M: RawMutex>(&self, measurement: &Measurement, ports: &Ports<M>) {
+        let excused = measurement.activity != Activity::Measuring || self.faults().void_estimate();
+        if measurement.raw.is_some() || excused {
+            ports.progress.report(Worker::Sampling);
+        }
+        if self.estimate.timestamp == measurement.sample.timestamp {
+            ports.progress.report(Worker::Estimator);
+        }
+        if !self.with_can {
+            ports.progress.report(Worker::Can);
+        }
+    }
+
+    fn raise<M: RawMutex>(&mut self, fault: Fault, detail: u32, ports: &Ports<M>) {
+        if self.faults().contains(fault) {
+            return;
+        }
+        if let Some(frame) = self.node.raise(fault, detail) {
+            self.push_can(Lane::Answer, frame, ports);
+        }
+        self.log(ERROR, fault.name(), ports);
+    }
+
+    fn raise_for_a_while<M: RawMutex>(&mut self, fault: Fault, detail: u32, ports: &Ports<M>) {
+        self.raise(fault, detail, ports);
+        self.fading.hold(fault, FADING_TICKS);
+    }
+
+    fn clear<M: RawMutex>(&mut self, fault: Fault, ports: &Ports<M>) {
+        if !self.faults().contains(fault) {
+            return;
+        }
+        if let Some(frame) = self.node.clear(fault) {
+            self.push_can(Lane::Answer, frame, ports);
+        }
+    }
+
+    fn log<M: RawMutex>(&mut self, level: u8, text: &str, ports: &Ports<M>) {
+        if level <= self.settings().log_level() {
+            let line = LogMessage::new(level, text);
+            self.push_uart(Lane::Answer, Message::Log(line), ports);
+        }
+    }
+
+    fn push_can<M: RawMutex>(&mut self, lane: Lane, frame: CanFrame, ports: &Ports<M>) {
+        if self.with_can {
+            let dropped = ports.push_can(lane, frame);
+            self.counters.add(Counter::CanDropped, dropped);
+        }
+    }
+
+    fn push_uart<M: RawMutex>(&mut self, lane: Lane, message: Message, ports: &Ports<M>) {
+        let sequence = self.uart_sequence;
+        self.uart_sequence = sequence.wrapping_add(1);
+        let dropped = ports.push_uart(lane, uart::Frame { sequence, message });
+        self.counters.add(Counter::UartDropped, dropped);
+    }
+}
+
+/// Levels of the log.
+const ERROR: u8 = 1;
+const INFORMATION: u8 = 3;
+
+/// Process data are a stream; emergencies (0x080) and heartbeats (0x700) are not.
+const fn lane_of(frame: &CanFrame) -> Lane {
+    match frame.id() & 0x780 {
+        0x080 | 0x700 => Lane::Answer,
+        _ => Lane::Stream,
+    }
+}
+
+fn raw_message(measurement: &Measurement) -> Option<uart::RawSample> {
+    let raw = measurement.raw?;
+    Some(uart::RawSample {
+        timestamp: measurement.sample.timestamp,
+        validity: measurement.sample.validity,
+        temperature: Quantity::new(raw.temperature.to_celsius(), TEMPERATURE_STEP),
+        acceleration: raw.specific_force.codes,
+        rate: raw.angular_rate.codes,
+        acceleration_scale: raw.specific_force.full_scale.sensitivity(),
+        rate_scale: raw.angular_rate.full_scale.sensitivity(),
+    })
+}

@@ -1,0 +1,165 @@
+//! Where the sampling loop meets everything slower: queues, and nothing else.
+//!
+//! One `static PORTS: Ports<CriticalSectionRawMutex>` is all that the tasks of a board share.
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::channel::Channel;
+use estimator_core::Timestamp;
+use wire::uart::{self, Message};
+use wire::{CanFrame, Settings};
+
+use crate::supervision::Progress;
+use crate::telemetry::{Lane, Outlet};
+
+/// Something for the foot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Input {
+    /// A CAN frame, and when it came, on the clock of the samples.
+    Can(CanFrame, Timestamp),
+    /// A request over UART.
+    Uart(Message),
+    /// This many UART frames were refused.
+    UartRefused(u32),
+    /// This many bytes of the UART were lost.
+    UartLost(u32),
+    /// This many received CAN frames were lost.
+    CanLost(u32),
+    /// What the CAN controller says of the bus.
+    Bus(BusState),
+    /// What came of [`Request::Store`] or [`Request::Restore`].
+    Stored(Result<(), StoreFailed>),
+}
+
+/// The settings could not be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StoreFailed;
+
+/// What a CAN controller thinks of its bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusState {
+    /// All is well.
+    Active,
+    /// Many errors: receive and transmit error counter.
+    Passive(u8, u8),
+    /// Too many errors, the controller has left the bus. It is to be brought back at once.
+    Off,
+}
+
+/// Something the foot wants done.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put it on, and a queue of two is small"
+)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// Keep these settings, then [`Ports::put`] an [`Input::Stored`].
+    Store(Settings),
+    /// Forget the kept settings, then [`Ports::put`] an [`Input::Stored`].
+    Restore,
+    /// Load the kept settings, hand them to [`Ports::reload`], and take up their CAN and UART
+    /// rates.
+    Reload,
+    /// Restart the whole board.
+    Reset,
+}
+
+/// The queues between the sampling loop and everything slower.
+#[derive(Debug)]
+pub struct Ports<M: RawMutex> {
+    can: Outlet<M, CanFrame, 16, 16>,
+    uart: Outlet<M, uart::Frame, 8, 8>,
+    inputs: Channel<M, Input, 16>,
+    requests: Channel<M, Request, 2>,
+    reloaded: Channel<M, Settings, 1>,
+    /// Who has got on since the watchdog was last fed.
+    pub progress: Progress,
+}
+
+impl<M: RawMutex> Default for Ports<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<M: RawMutex> Ports<M> {
+    /// Empty queues.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            can: Outlet::new(),
+            uart: Outlet::new(),
+            inputs: Channel::new(),
+            requests: Channel::new(),
+            reloaded: Channel::new(),
+            progress: Progress::new(),
+        }
+    }
+
+    /// Waits for the next frame for the CAN bus.
+    pub async fn next_can(&self) -> CanFrame {
+        self.can.next().await
+    }
+
+    /// The next frame for the CAN bus, if there is one.
+    pub fn try_next_can(&self) -> Option<CanFrame> {
+        self.can.try_next()
+    }
+
+    /// Waits for the next frame for the UART.
+    pub async fn next_uart(&self) -> uart::Encoded {
+        let uart::Frame { sequence, message } = self.uart.next().await;
+        uart::encode(sequence, &message)
+    }
+
+    /// The next frame for the UART, if there is one.
+    pub fn try_next_uart(&self) -> Option<uart::Encoded> {
+        let uart::Frame { sequence, message } = self.uart.try_next()?;
+        Some(uart::encode(sequence, &message))
+    }
+
+    /// Waits for the next thing that the foot wants done.
+    pub async fn next_request(&self) -> Request {
+        self.requests.receive().await
+    }
+
+    /// The next thing that the foot wants done, if there is one.
+    pub fn try_next_request(&self) -> Option<Request> {
+        self.requests.try_receive().ok()
+    }
+
+    /// Gives the foot something, with its next tick. Waits while it has enough to do: what comes
+    /// too fast is lost, and counted, where it comes from.
+    pub async fn put(&self, input: Input) {
+        self.inputs.send(input).await;
+    }
+
+    /// Gives the foot something at once; `false` where it has enough to do.
+    pub fn try_put(&self, input: Input) -> bool {
+        self.inputs.try_send(input).is_ok()
+    }
+
+    /// Answers [`Request::Reload`].
+    pub async fn reload(&self, settings: Settings) {
+        self.reloaded.send(settings).await;
+    }
+
+    pub(crate) fn push_can(&self, lane: Lane, frame: CanFrame) -> u32 {
+        self.can.push(lane, frame)
+    }
+
+    pub(crate) fn push_uart(&self, lane: Lane, frame: uart::Frame) -> u32 {
+        self.uart.push(lane, frame)
+    }
+
+    pub(crate) fn request(&self, request: Request) -> bool {
+        self.requests.try_send(request).is_ok()
+    }
+
+    pub(crate) fn take_input(&self) -> Option<Input> {
+        self.inputs.try_receive().ok()
+    }
+
+    pub(crate) fn take_reloaded(&self) -> Option<Settings> {
+        self.reloaded.try_receive().ok()
+    }
+}

@@ -1,0 +1,203 @@
+//! What a file held and what it should have held.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Serialize;
+
+use super::row::Row;
+
+/// What kind of file it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Format {
+    /// A log of `candump -l`.
+    Can,
+    /// A recording of the serial line.
+    Uart,
+}
+
+/// An emergency message.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EmergencyReport {
+    /// Time of the foot's last contact frame before it, s; `None` where there was none.
+    pub t: Option<f64>,
+    /// The interface that received it.
+    pub interface: String,
+    /// The foot's node id.
+    pub node: u8,
+    /// The emergency code; 0 where a fault has gone.
+    pub code: u16,
+    /// Which fault.
+    pub fault: String,
+    /// What the code's documentation says it is.
+    pub detail: u32,
+}
+
+/// How the board was when it last said so over the serial line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BoardReport {
+    /// What it was doing.
+    pub stage: &'static str,
+    /// The faults it had.
+    pub faults: Vec<&'static str>,
+    /// The sensor's temperature, °C; `None` where it was not known.
+    pub temperature: Option<f32>,
+    /// What it had counted.
+    pub counters: BTreeMap<&'static str, u32>,
+}
+
+/// What came, what is missing, and what could not be understood.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// What kind of file it is.
+    pub format: Format,
+    /// Rows: contact frames or messages.
+    pub rows: usize,
+    /// Time of the first row, s.
+    pub first_s: Option<f64>,
+    /// Time of the last row, s.
+    pub last_s: Option<f64>,
+    /// The longest time from one row of a foot to its next, s. A gap of a multiple of 256 frames
+    /// shows here and not in the sequence numbers of CAN.
+    pub longest_step_s: Option<f64>,
+    /// How many frames of each kind came.
+    pub frames: BTreeMap<&'static str, u64>,
+    /// Places where sequence numbers are missing.
+    pub gaps: u64,
+    /// Sequence numbers that are missing, those of damaged frames included.
+    pub missing: u64,
+    /// How often a foot has started anew within the file: its clock and its numbers with it.
+    pub restarts: u64,
+    /// Contacts that stand in the file twice; they have one row.
+    pub duplicates: u64,
+    /// What could not be understood or contradicts itself, and how often. A contact that comes
+    /// after a later one is counted here, and as missing before that one.
+    pub problems: BTreeMap<String, u64>,
+    /// Emergency messages, in the order of the file.
+    pub emergencies: Vec<EmergencyReport>,
+    /// The board as it last described itself.
+    pub board: Option<BoardReport>,
+}
+
+impl Report {
+    pub(super) const fn new(format: Format) -> Self {
+        Self {
+            format,
+            rows: 0,
+            first_s: None,
+            last_s: None,
+            longest_step_s: None,
+            frames: BTreeMap::new(),
+            gaps: 0,
+            missing: 0,
+            restarts: 0,
+            duplicates: 0,
+            problems: BTreeMap::new(),
+            emergencies: Vec::new(),
+            board: None,
+        }
+    }
+
+    pub(super) fn count_frame(&mut self, kind: &'static str) {
+        *self.frames.entry(kind).or_default() += 1;
+    }
+
+    pub(super) fn count_problem(&mut self, problem: impl Into<String>) {
+        *self.problems.entry(problem.into()).or_default() += 1;
+    }
+
+    /// Counts the numbers between two that came one after the other.
+    pub(super) fn count_missing(&mut self, missing: u64) {
+        self.missing += missing;
+        self.gaps += u64::from(missing > 0);
+    }
+
+    /// Notes the times of a row of a foot and of its next, µs.
+    pub(super) fn count_step(&mut self, from: u64, to: u64) {
+        let step = to.checked_sub(from).map(seconds);
+        self.longest_step_s = match (self.longest_step_s, step) {
+            (Some(longest), Some(step)) => Some(longest.max(step)),
+            (longest, step) => longest.or(step),
+        };
+    }
+
+    pub(super) fn finish(&mut self, rows: &[Row]) {
+        let times = rows.iter().map(|row| row.timestamp.as_micros());
+        self.rows = rows.len();
+        self.first_s = times.clone().min().map(seconds);
+        self.last_s = times.max().map(seconds);
+    }
+}
+
+fn seconds(micros: u64) -> f64 {
+    micros as f64 / 1.0e6
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let format = match self.format {
+            Format::Can => "CAN log",
+            Format::Uart => "serial line",
+        };
+        write!(f, "{format}: {} rows", self.rows)?;
+        if let (Some(first), Some(last)) = (self.first_s, self.last_s) {
+            write!(f, ", {first:.3} s to {last:.3} s")?;
+        }
+        if let Some(longest) = self.longest_step_s {
+            write!(f, ", at most {:.2} ms apart", longest * 1e3)?;
+        }
+        write!(f, "\nframes   {}", list(&self.frames))?;
+        write!(f, "\nmissing  {} in {} gaps", self.missing, self.gaps)?;
+        if self.duplicates > 0 {
+            write!(f, ", {} duplicates", self.duplicates)?;
+        }
+        if self.restarts > 0 {
+            write!(f, "\nrestarts {}", self.restarts)?;
+        }
+        write!(f, "\nproblems {}", list(&self.problems))?;
+        for emergency in &self.emergencies {
+            let EmergencyReport {
+                t,
+                interface,
+                node,
+                code,
+                fault,
+                detail,
+            } = emergency;
+            write!(f, "\nfault    ")?;
+            if let Some(t) = t {
+                write!(f, "{t:.3} s, ")?;
+            }
+            match code {
+                0 => write!(f, "{interface}, node {node}: {fault} has gone")?,
+                _ => write!(
+                    f,
+                    "{interface}, node {node}: {fault} (0x{code:04X}), detail {detail}"
+                )?,
+            }
+        }
+        if let Some(board) = &self.board {
+            let faults = match board.faults[..] {
+                [] => "no fault".to_owned(),
+                _ => board.faults.join(", "),
+            };
+            write!(f, "\nboard    {}, {faults}", board.stage)?;
+            if let Some(temperature) = board.temperature {
+                write!(f, ", {temperature:.1} °C")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn list<K: fmt::Display>(counts: &BTreeMap<K, u64>) -> String {
+    if counts.is_empty() {
+        return "none".to_owned();
+    }
+    let counts: Vec<_> = counts
+        .iter()
+        .map(|(name, count)| format!("{name} {count}"))
+        .collect();
+    counts.join(", ")
+}

@@ -1,0 +1,256 @@
+//! One row per contact: what is known of the foot at a sample.
+
+use std::io::{self, Write};
+use std::sync::Arc;
+
+use estimator_core::{Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
+use wire::NodeId;
+use wire::pdo::Status;
+
+use crate::output::decision_name;
+
+/// The header of the table of decoded rows. Columns that `samples.csv` has too have its names,
+/// its units and its meaning; a cell is blank where nothing was sent with that sample.
+///
+/// | columns | meaning | unit |
+/// |---|---|---|
+/// | `t` | time of the sample: on the serial line as the foot says it; on CAN in steps of 10 µs, counted from the start of the turn of the 16-bit clock in which the log begins | s |
+/// | `interface` | the CAN interface that received it: two may each have a foot of the same id | |
+/// | `node` | the foot's node id; on the serial line from the first health message on | |
+/// | `segment` | how often the foot has started anew before, which sets `t` and `sequence` back | |
+/// | `sequence` | the frame's sequence number, modulo 2⁸ on CAN, 2¹⁶ on the serial line | |
+/// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in [`HEADER`](crate::output::HEADER) | |
+/// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
+/// | `temperature` | the sensor's | °C |
+/// | `decision` | `stable` or `not_stable`, debounced | |
+/// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN say less: `saturated`, `settling` for a window that is not full or an attitude that is not known, `doubtful` for the others | |
+pub const HEADER: &str = "t,interface,node,segment,sequence,p_stable,p_tangential,p_vertical,\
+     p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
+     temperature,state,decision,flags";
+
+/// What was sent of one sample.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// When the sample was acquired.
+    pub timestamp: Timestamp,
+    /// The CAN interface that received it.
+    pub interface: Option<Arc<str>>,
+    /// The foot's node id, where it is known.
+    pub node: Option<NodeId>,
+    /// How often the foot has started anew before.
+    pub segment: u32,
+    /// The frame's sequence number.
+    pub sequence: u16,
+    /// Probability of stable contact.
+    pub stable: f32,
+    /// Probability of no motion along the ground.
+    pub tangential: f32,
+    /// Probability of no lifting and tilting.
+    pub vertical: f32,
+    /// Probability per axis.
+    pub axes: Option<PerAxis<f32>>,
+    /// Orientation, sensor → world.
+    pub orientation: Option<Quaternion>,
+    /// Acceleration without gravity, m/s².
+    pub acceleration: Option<Vec3>,
+    /// Angular rate without bias, rad/s.
+    pub rate: Option<Vec3>,
+    /// Gyroscope bias, rad/s.
+    pub bias: Option<Vec3>,
+    /// The sensor's temperature, °C.
+    pub temperature: Option<f32>,
+    /// Phase, decision and what they rest on.
+    pub status: Status,
+    /// The estimator's flags as bits.
+    pub flags: Option<u8>,
+}
+
+impl Row {
+    /// The names in the column `flags`.
+    #[must_use]
+    pub fn flag_names(&self) -> Vec<&'static str> {
+        let status = self.status;
+        let mut names: Vec<_> = match self.flags {
+            Some(bits) => Flag::ALL
+                .into_iter()
+                .filter(|flag| bits & Flags::NONE.with(*flag).bits() != 0)
+                .map(Flag::name)
+                .collect(),
+            None => [
+                (status.is_saturated(), Flag::Saturated.name()),
+                (status.is_settling(), "settling"),
+            ]
+            .into_iter()
+            .filter_map(|(is_set, name)| is_set.then_some(name))
+            .collect(),
+        };
+        if status.has_fault() {
+            names.push("fault");
+        }
+        if names.is_empty() && !status.is_valid() {
+            names.push("doubtful");
+        }
+        names
+    }
+}
+
+/// Writes the table of decoded rows.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_rows(rows: &[Row], to: &mut dyn Write) -> io::Result<()> {
+    writeln!(to, "{HEADER}")?;
+    for row in rows {
+        let micros = row.timestamp.as_micros();
+        write!(to, "{}.{:06},", micros / 1_000_000, micros % 1_000_000)?;
+        write!(to, "{},", row.interface.as_deref().unwrap_or_default())?;
+        if let Some(node) = row.node {
+            write!(to, "{}", node.get())?;
+        }
+        write!(to, ",{},{}", row.segment, row.sequence)?;
+        cells(to, Some([row.stable, row.tangential, row.vertical]))?;
+        cells(to, row.axes.map(PerAxis::to_array))?;
+        cells(to, row.orientation.map(|q| [q.w, q.x, q.y, q.z]))?;
+        for vector in [row.acceleration, row.rate, row.bias] {
+            cells(to, vector.map(|v| [v.x, v.y, v.z]))?;
+        }
+        cells(to, row.temperature.map(|celsius| [celsius]))?;
+        let decision = decision_name(row.status.decision());
+        let state = row.status.phase().name();
+        writeln!(to, ",{state},{decision},{}", row.flag_names().join("|"))?;
+    }
+    Ok(())
+}
+
+/// Numbers, or as many blank cells; a number that the foot did not have is blank too.
+fn cells<const N: usize>(to: &mut dyn Write, numbers: Option<[f32; N]>) -> io::Result<()> {
+    for number in numbers.unwrap_or([f32::NAN; N]) {
+        if number.is_nan() {
+            write!(to, ",")?;
+        } else {
+            write!(to, ",{number}")?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(row: Row) -> Vec<String> {
+        let mut bytes = Vec::new();
+        write_rows(&[row], &mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let row = text.lines().nth(1).unwrap();
+        row.split(',').map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn a_row_has_a_cell_for_every_name_in_the_header_blank_where_nothing_was_sent() {
+        let bare = Row {
+            timestamp: Timestamp::from_micros(1_000_010),
+            stable: 0.5,
+            ..Row::default()
+        };
+        let full = Row {
+            timestamp: Timestamp::from_micros(2_345_678),
+            interface: Some("can1".into()),
+            node: NodeId::new(17),
+            segment: 2,
+            sequence: 300,
+            stable: 0.5,
+            tangential: 0.25,
+            vertical: 0.75,
+            axes: Some(PerAxis {
+                ax: 0.1,
+                ay: 0.2,
+                az: 0.3,
+                wx: 0.4,
+                wy: 0.5,
+                wz: 0.6,
+            }),
+            orientation: Some(Quaternion {
+                w: 0.91,
+                x: 0.92,
+                y: 0.93,
+                z: 0.94,
+            }),
+            acceleration: Some(Vec3::new(1.0, f32::NAN, 3.0)),
+            rate: Some(Vec3::new(4.0, 5.0, 6.0)),
+            bias: Some(Vec3::new(7.0, 8.0, 9.0)),
+            temperature: Some(25.5),
+            // Stance, stable, valid.
+            status: Status::from_bits(0x19),
+            flags: Some(Flags::NONE.with(Flag::TimeGap).bits()),
+        };
+        let (bare, full) = (written(bare), written(full));
+        let columns = HEADER.split(',').count();
+        assert_eq!((bare.len(), full.len()), (columns, columns));
+        assert_eq!(bare[..8], ["1.000010", "", "", "0", "0", "0.5", "0", "0"]);
+        assert!(bare[8..28].iter().all(String::is_empty));
+        assert_eq!(bare[28..], ["unknown", "not_stable", "doubtful"]);
+        let cells: Vec<_> = HEADER
+            .split(',')
+            .zip(full.iter().map(String::as_str))
+            .collect();
+        assert_eq!(
+            cells,
+            [
+                ("t", "2.345678"),
+                ("interface", "can1"),
+                ("node", "17"),
+                ("segment", "2"),
+                ("sequence", "300"),
+                ("p_stable", "0.5"),
+                ("p_tangential", "0.25"),
+                ("p_vertical", "0.75"),
+                ("p_ax", "0.1"),
+                ("p_ay", "0.2"),
+                ("p_az", "0.3"),
+                ("p_wx", "0.4"),
+                ("p_wy", "0.5"),
+                ("p_wz", "0.6"),
+                ("qw", "0.91"),
+                ("qx", "0.92"),
+                ("qy", "0.93"),
+                ("qz", "0.94"),
+                ("lax", "1"),
+                ("lay", ""),
+                ("laz", "3"),
+                ("uwx", "4"),
+                ("uwy", "5"),
+                ("uwz", "6"),
+                ("bwx", "7"),
+                ("bwy", "8"),
+                ("bwz", "9"),
+                ("temperature", "25.5"),
+                ("state", "stance"),
+                ("decision", "stable"),
+                ("flags", "time_gap"),
+            ]
+        );
+    }
+
+    #[test]
+    fn flags_are_as_precise_as_what_was_sent() {
+        let names = |status: u8, flags: Option<u8>| {
+            let status = Status::from_bits(status);
+            Row {
+                status,
+                flags,
+                ..Row::default()
+            }
+            .flag_names()
+            .join("|")
+        };
+        assert_eq!(names(0x10, None), "");
+        assert_eq!(names(0xA0, None), "saturated|settling");
+        assert_eq!(
+            names(0x80, Some(0b11)),
+            "window_not_full|attitude_not_initialised"
+        );
+        assert_eq!(names(0x40, Some(0)), "fault");
+        assert_eq!(names(0x00, None), "doubtful");
+    }
+}

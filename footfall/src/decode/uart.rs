@@ -1,0 +1,207 @@
+//! A recording of the serial line.
+
+use std::collections::BTreeMap;
+
+use estimator_core::Timestamp;
+use wire::counter::Counter;
+use wire::pdo::{P16, TEMPERATURE_STEP};
+use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, Problem};
+use wire::{Fault, NodeId};
+
+use super::report::{BoardReport, Format, Report};
+use super::{Decoded, Row};
+
+/// Decodes all bytes of a recording; `None` where nothing in it has the CRC of a frame.
+pub(super) fn decode(bytes: &[u8]) -> Option<Decoded> {
+    let mut decoder = Decoder::new();
+    let mut has_frame = false;
+    let mut stream = Stream::new();
+    for byte in bytes {
+        let Some(result) = decoder.push(*byte) else {
+            continue;
+        };
+        has_frame |= result
+            .as_ref()
+            .map_or_else(|problem| is_whole(*problem), |_| true);
+        match result {
+            Ok(frame) => stream.take(&frame),
+            Err(problem) => stream.report.count_problem(name(problem)),
+        }
+    }
+    if !has_frame {
+        return None;
+    }
+    if decoder.is_inside_frame() {
+        stream.report.count_problem("unfinished_frames");
+    }
+    stream.report.finish(&stream.rows);
+    Some(Decoded {
+        rows: stream.rows,
+        report: stream.report,
+        notices: Vec::new(),
+    })
+}
+
+/// Whether it came through undamaged and only is not known here.
+const fn is_whole(problem: Problem) -> bool {
+    matches!(
+        problem,
+        Problem::Version(_) | Problem::Kind(_) | Problem::Payload(_)
+    )
+}
+
+/// How a problem is called in the report.
+fn name(problem: Problem) -> String {
+    match problem {
+        Problem::Coding => "bad_cobs".to_owned(),
+        Problem::TooLong => "too_long".to_owned(),
+        Problem::TooShort => "too_short".to_owned(),
+        Problem::Check => "crc_errors".to_owned(),
+        Problem::Version(version) => format!("unknown_version_{version}"),
+        Problem::Kind(kind) => format!("unknown_type_0x{kind:02X}"),
+        Problem::Payload(kind) => format!("bad_payload_of_{}", kind_name(kind)),
+    }
+}
+
+const fn kind_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Contact => "contact",
+        Kind::Raw => "raw",
+        Kind::Health => "health",
+        Kind::ConfigGet => "config_get",
+        Kind::ConfigSet => "config_set",
+        Kind::ConfigResponse => "config_response",
+        Kind::Log => "log",
+        Kind::Nmt => "nmt",
+    }
+}
+
+struct Stream {
+    rows: Vec<Row>,
+    report: Report,
+    last: Option<u16>,
+    segment: u32,
+    node: Option<NodeId>,
+}
+
+impl Stream {
+    const fn new() -> Self {
+        Self {
+            rows: Vec::new(),
+            report: Report::new(Format::Uart),
+            last: None,
+            segment: 0,
+            node: None,
+        }
+    }
+
+    fn take(&mut self, frame: &Frame) {
+        self.report.count_frame(kind_name(frame.message.kind()));
+        if self.starts_anew(&frame.message) {
+            self.segment += 1;
+            self.report.restarts += 1;
+            self.last = None;
+        }
+        if let Some(last) = self.last.replace(frame.sequence) {
+            let missing = frame.sequence.wrapping_sub(last).wrapping_sub(1);
+            // Not forwards: the foot has started anew, as its next contact says.
+            if missing < 1 << 15 {
+                self.report.count_missing(u64::from(missing));
+            }
+        }
+        match &frame.message {
+            Message::Contact(contact) => self.contact(contact, frame.sequence),
+            Message::Health(health) => self.health(health),
+            _ => {}
+        }
+    }
+
+    /// Whether the foot's clock, which does not wrap, has been set back.
+    fn starts_anew(&self, message: &Message) -> bool {
+        match (message, self.rows.last()) {
+            (Message::Contact(contact), Some(last)) => {
+                contact.timestamp.as_micros() < last.timestamp.as_micros()
+            }
+            _ => false,
+        }
+    }
+
+    fn contact(&mut self, contact: &ContactMessage, sequence: u16) {
+        let row = Row {
+            timestamp: Timestamp::from_micros(contact.timestamp.as_micros()),
+            node: self.node,
+            segment: self.segment,
+            sequence,
+            stable: contact.stable.probability(),
+            tangential: contact.tangential.probability(),
+            vertical: contact.vertical.probability(),
+            axes: Some(contact.axes.map(P16::probability)),
+            status: contact.status,
+            flags: Some(contact.flags),
+            ..Row::default()
+        };
+        if let Some(last) = self.rows.last().filter(|last| last.segment == row.segment) {
+            self.report
+                .count_step(last.timestamp.as_micros(), row.timestamp.as_micros());
+        }
+        self.rows.push(row);
+    }
+
+    fn health(&mut self, health: &HealthMessage) {
+        self.node = health.id;
+        let temperature = health.temperature.value(TEMPERATURE_STEP);
+        let counters: BTreeMap<_, _> = Counter::ALL
+            .into_iter()
+            .map(|counter| (counter.name(), health.counters.get(counter)))
+            .collect();
+        self.report.board = Some(BoardReport {
+            stage: health.stage.name(),
+            faults: health.faults.iter().map(Fault::name).collect(),
+            temperature: Some(temperature).filter(|celsius| celsius.is_finite()),
+            counters,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::ContactEstimate;
+    use wire::{Faults, uart};
+
+    fn contact(sequence: u16, ms: u64) -> Vec<u8> {
+        let estimate = ContactEstimate {
+            timestamp: Timestamp::from_micros(ms * 1000),
+            ..ContactEstimate::default()
+        };
+        let message = Message::Contact(ContactMessage::new(&estimate, Faults::default()));
+        uart::encode(sequence, &message).as_bytes().to_vec()
+    }
+
+    #[test]
+    fn a_foot_that_starts_anew_begins_another_segment() {
+        // As if 40 000 numbers were missing; then backwards.
+        for (last, first) in [(10_000, 50_000), (50_000, 0)] {
+            let stream = [
+                contact(last - 1, 1_000),
+                contact(last, 1_001),
+                contact(first, 1),
+                contact(first + 1, 2),
+            ];
+            let decoded = decode(&stream.concat()).unwrap();
+            let segments: Vec<_> = decoded.rows.iter().map(|row| row.segment).collect();
+            assert_eq!(segments, [0, 0, 1, 1]);
+            let report = decoded.report;
+            assert_eq!((report.restarts, report.missing, report.gaps), (1, 0, 0));
+            assert_eq!(report.longest_step_s, Some(0.001));
+        }
+    }
+
+    #[test]
+    fn a_recording_without_a_whole_frame_is_none() {
+        let mut damaged = contact(1, 1);
+        damaged[5] ^= 1;
+        assert_eq!(decode(&damaged), None);
+        assert!(decode(&[damaged, contact(2, 2)].concat()).is_some());
+    }
+}

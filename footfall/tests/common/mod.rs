@@ -1,0 +1,84 @@
+//! A bench on which the `footfall` command runs.
+#![allow(dead_code)] // Each test file uses its share.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+/// A directory of its own for each test, in which the command runs.
+pub struct Bench {
+    pub directory: TempDir,
+}
+
+impl Bench {
+    pub fn new() -> Self {
+        Self {
+            directory: tempfile::tempdir().expect("a temporary directory"),
+        }
+    }
+
+    /// A bench with one file in it.
+    pub fn with(name: &str, content: impl AsRef<[u8]>) -> Self {
+        let bench = Self::new();
+        fs::write(bench.path(name), content).expect("a file in a temporary directory");
+        bench
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    pub fn run(&self, arguments: &str) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_footfall"))
+            .args(arguments.split_whitespace())
+            .current_dir(&self.directory)
+            .output()
+            .expect("the command that was just built")
+    }
+
+    /// What a command that succeeds prints on stdout.
+    pub fn stdout(&self, arguments: &str) -> String {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{output:?}");
+        text(&output.stdout)
+    }
+
+    /// What a command that fails prints on stderr. It prints nothing on stdout.
+    pub fn error(&self, arguments: &str) -> String {
+        let output = self.run(arguments);
+        assert!(!output.status.success(), "{output:?}");
+        assert!(output.stdout.is_empty(), "{output:?}");
+        text(&output.stderr)
+    }
+
+    /// The names of the files that are there.
+    pub fn files(&self) -> Vec<String> {
+        let entries = fs::read_dir(&self.directory).expect("a directory");
+        let name = |entry: std::io::Result<fs::DirEntry>| {
+            let name = entry.expect("an entry").file_name();
+            name.to_string_lossy().into_owned()
+        };
+        let mut names: Vec<_> = entries.map(name).collect();
+        names.sort();
+        names
+    }
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+pub fn read(path: &Path) -> String {
+    fs::read_to_string(path).expect("a file that was just written")
+}
+
+pub const AXES: &str = "ax,ay,az,wx,wy,wz";
+
+/// A foot that stands for a second at 1 kHz, gravity included.
+pub fn standing() -> String {
+    let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0,50,1\n", f64::from(k) * 1e-3);
+    let rows: String = (0..1000).map(row).collect();
+    format!("t,{AXES},force,label\n{rows}")
+}

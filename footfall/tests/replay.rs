@@ -1,0 +1,223 @@
+//! `footfall replay` from outside: what it prints, writes and returns.
+
+mod common;
+
+use std::fs;
+use std::process::Command;
+
+use common::{AXES, Bench, read, standing, text};
+use estimator_core::Params;
+use footfall::input::{self, Format, Hints};
+use footfall::plot;
+use footfall::replay::replay;
+
+#[test]
+fn a_replay_writes_one_row_per_sample_under_the_documented_header() {
+    let bench = Bench::with("walk.csv", standing());
+    bench.stdout("replay walk.csv --format csv --output out.csv");
+    let table = read(&bench.path("out.csv"));
+    let mut lines = table.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags"
+        )
+    );
+    assert_eq!(lines.clone().count(), 1000);
+    let last: Vec<_> = lines.last().expect("rows").split(',').collect();
+    assert_eq!(
+        (last[0], last[1], last[20], last[21]),
+        ("0.999000", "1", "stance", "")
+    );
+}
+
+#[test]
+fn times_come_out_as_they_went_in_wherever_the_clock_starts() {
+    for start in [-500, 0, 1_700_000_000_000_i64] {
+        let time = |k: i64| {
+            let ms = start + k;
+            let sign = if ms < 0 { "-" } else { "" };
+            format!("{sign}{}.{:03}", ms.abs() / 1000, ms.abs() % 1000)
+        };
+        let row = |k: i64| format!("{},0,0,9.81,0,0,0\n", time(k));
+        let rows: String = (0..1000).map(row).collect();
+        let bench = Bench::with("walk.csv", format!("t,{AXES}\n{rows}"));
+        bench.stdout("replay walk.csv --output out.csv --plot out.svg");
+        let table = read(&bench.path("out.csv"));
+        let times = table
+            .lines()
+            .skip(1)
+            .map(|row| row.split(',').next().unwrap_or_default());
+        assert!(times.eq((0..1000).map(|k| time(k) + "000")));
+        let svg = read(&bench.path("out.svg"));
+        match start {
+            0 => assert!(!svg.contains("since t =")),
+            -500 => assert!(svg.contains("time (s) since t = -0.5 s")),
+            _ => assert!(svg.contains("time (s) since t = 1700000000 s")),
+        }
+        assert!(svg.contains("\n0.5\n"), "ticks count from the start");
+    }
+}
+
+#[test]
+fn the_figure_is_that_of_the_whole_recording() {
+    let bench = Bench::with("walk.csv", standing());
+    bench.stdout("replay walk.csv --plot out.svg");
+    let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &Hints::default());
+    let recording = loaded.expect("a recording").recording;
+    let estimates = replay(&recording, &Params::DEFAULT).expect("the preset");
+    let expected = plot::svg(&recording, &estimates).expect("a picture");
+    assert!(read(&bench.path("out.svg")) == expected);
+    // The same as in the process, and not the same as with the first estimate alone.
+    assert!(expected != plot::svg(&recording, &estimates[..1]).expect("a picture"));
+}
+
+#[test]
+fn a_replay_prints_a_summary() {
+    let bench = Bench::with("walk.csv", standing());
+    let summary = bench.stdout("replay walk.csv");
+    assert!(
+        summary.starts_with("walk: 1000 samples, 0.999 s at 1000 Hz\nstate    "),
+        "{summary}"
+    );
+    assert!(summary.contains("\nlabels   RMSE "), "{summary}");
+}
+
+#[test]
+fn with_json_stdout_holds_one_object_and_nothing_else() {
+    let bench = Bench::with("walk.csv", standing());
+    let stdout = bench.stdout("replay walk.csv --json --output out.csv --plot out.svg");
+    let summary: serde_json::Value = serde_json::from_str(&stdout).expect("one JSON object");
+    assert_eq!(summary["samples"], 1000);
+    assert_eq!(summary["sample_rate_hz"], 1000.0);
+    assert!(summary["metrics"]["rmse"].is_number());
+}
+
+#[test]
+fn a_replay_draws_the_figure() {
+    let bench = Bench::with("walk.csv", standing());
+    bench.stdout("replay walk.csv --plot out.svg");
+    let svg = read(&bench.path("out.svg"));
+    assert!(svg.starts_with("<svg") && svg.contains("force (N)"));
+}
+
+#[test]
+fn options_win_over_the_configuration_file_which_wins_over_the_preset() {
+    let bench = Bench::with("walk.csv", standing());
+    fs::write(
+        bench.path("robot.toml"),
+        "window = '30samples'\ngravity = 'removed'\n",
+    )
+    .expect("a file");
+    let window = |arguments: &str| {
+        let arguments = format!("replay walk.csv --json {arguments}");
+        let summary: serde_json::Value =
+            serde_json::from_str(&bench.stdout(&arguments)).expect("JSON");
+        summary["flag_counts"]["window_not_full"].clone()
+    };
+    assert_eq!(window("--gravity removed"), 49);
+    assert_eq!(window("--config robot.toml"), 29);
+    assert_eq!(window("--config robot.toml --window 10ms"), 9);
+}
+
+#[test]
+fn columns_nobody_asked_for_are_named_in_one_line_on_stderr() {
+    let bench = Bench::with(
+        "walk.csv",
+        format!("t,{AXES},qw,mood\n0,0,0,9,0,0,0,,\n1,0,0,9,0,0,0,,\n"),
+    );
+    let output = bench.run("replay walk.csv --sample-rate 100 --format csv");
+    assert_eq!(
+        text(&output.stderr).lines().next(),
+        Some("footfall: walk.csv: column t says 1.00 Hz, but the sample rate was given as 100 Hz")
+    );
+    let rows = "0,0,0,9,0,0,0,,\n0.01,0,0,9,0,0,0,,\n";
+    let bench = Bench::with("walk.csv", format!("t,{AXES},qw,mood\n{rows}"));
+    let output = bench.run("replay walk.csv");
+    assert!(output.status.success());
+    assert_eq!(
+        text(&output.stderr),
+        "footfall: walk.csv: ignored columns: qw, mood\n"
+    );
+}
+
+#[test]
+fn go1_rows_without_imu_values_are_accounted_for_on_stderr() {
+    let rows = "250,0,0,1,0,0,0\n".repeat(40) + &"250,,,,,,\n".repeat(60);
+    let bench = Bench::with("go1.csv", rows);
+    let output = bench.run("replay go1.csv --format pce-go1 --preset paper");
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(
+        text(&output.stderr),
+        "footfall: go1.csv: 60 of 100 rows are force only; IMU row k takes the load of force \
+         row 1.9 k + 50, which leaves 0 force rows at the end unused and 13 samples without load\n"
+    );
+}
+
+#[test]
+fn samples_that_are_not_finite_are_flagged_and_not_refused() {
+    let rows = standing().replace("0.500,0,", "0.500,nan,");
+    let bench = Bench::with("walk.csv", rows);
+    let summary = bench.stdout("replay walk.csv");
+    assert!(summary.contains("invalid_sample 1"), "{summary}");
+}
+
+#[test]
+fn a_recording_may_come_through_a_pipe() {
+    let bench = Bench::with("walk.csv", standing());
+    let output = Command::new("sh")
+        .args(["-c", "cat walk.csv | \"$0\" replay /dev/stdin --json"])
+        .arg(env!("CARGO_BIN_EXE_footfall"))
+        .current_dir(&bench.directory)
+        .output()
+        .expect("a shell");
+    assert!(output.status.success(), "{output:?}");
+    assert!(text(&output.stdout).contains("\"samples\": 1000"));
+}
+
+#[test]
+fn the_configuration_files_sample_rate_counts_where_the_recording_has_none() {
+    let bench = Bench::with("x.csv", format!("{AXES}\n0,0,9,0,0,0\n0,0,9,0,0,0\n"));
+    fs::write(bench.path("robot.toml"), "sample_rate_hz = 400\n").expect("a file");
+    let summary = bench.stdout("replay x.csv --config robot.toml");
+    assert!(
+        summary.starts_with("x: 2 samples, 0.003 s at 400 Hz"),
+        "{summary}"
+    );
+    let summary = bench.stdout("replay x.csv --config robot.toml --sample-rate 100");
+    assert!(summary.contains("at 100 Hz"), "{summary}");
+}
+
+#[test]
+fn the_default_preset_takes_the_load_trigger_of_the_formats_robot() {
+    // 100 N would be a loaded GO1, but not a loaded ATLAS; 100 raw is no loaded GO1.
+    let atlas = |load: u32| format!("0,0,{load},0,0,0,0,0,0,0,0,0,1\n").repeat(400);
+    let go1 = |load: u32| format!("{load},0,0,1,0,0,0\n").repeat(400);
+    for (content, format, state) in [
+        (atlas(100), "pce-atlas", "quiet_swing"),
+        (atlas(200), "pce-atlas", "stance"),
+        (go1(100), "pce-go1", "quiet_swing"),
+        (go1(200), "pce-go1", "stance"),
+    ] {
+        let bench = Bench::with("x.csv", content);
+        let json = bench.stdout(&format!("replay x.csv --format {format} --json"));
+        let summary: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        let shares = &summary["state_shares"];
+        let largest = |other: &str| shares[other].as_f64() <= shares[state].as_f64();
+        assert!(
+            ["stance", "quiet_swing", "swing", "slip"]
+                .into_iter()
+                .all(largest),
+            "{json}"
+        );
+        assert!(shares[state].as_f64() > Some(0.2), "{json}");
+    }
+}
+
+#[test]
+fn the_figure_may_go_into_a_pipe() {
+    let bench = Bench::with("x.csv", standing());
+    let stdout = bench.stdout("replay x.csv --plot /dev/stdout");
+    assert!(stdout.starts_with("<svg"), "{stdout}");
+}

@@ -1,0 +1,353 @@
+//! What `footfall replay` refuses, and how it says so.
+
+mod common;
+
+use std::fs;
+
+use common::{AXES, Bench, read, standing};
+
+/// What is said about a file named x.csv with this content.
+fn complaint(content: impl AsRef<[u8]>, options: &str) -> String {
+    Bench::with("x.csv", content).error(&format!("replay x.csv {options}"))
+}
+
+#[test]
+fn a_missing_file_is_an_error() {
+    assert_eq!(
+        Bench::new().error("replay none.csv --format csv"),
+        "footfall: none.csv cannot be read: No such file or directory (os error 2)\n"
+    );
+}
+
+#[test]
+fn an_empty_file_is_an_error() {
+    for format in ["pce-atlas", "pce-go1", "csv"] {
+        assert_eq!(
+            complaint("", &format!("--format {format}")),
+            "footfall: x.csv is empty: it holds no sample\n"
+        );
+    }
+    assert_eq!(
+        complaint(format!("{AXES}\n"), "--format csv"),
+        "footfall: x.csv is empty: it holds no sample\n"
+    );
+}
+
+#[test]
+fn a_file_that_does_not_tell_its_format_is_an_error_that_lists_the_formats() {
+    let expected = "footfall: x.csv has no header that names the six axes, so its format must \
+                    be given: --format pce-atlas, pce-go1 or csv\n";
+    for content in ["250,0,0,1,0,0,0\n", "time,mood\n0,0\n"] {
+        assert_eq!(complaint(content, ""), expected);
+    }
+}
+
+#[test]
+fn without_a_format_an_empty_file_is_called_empty() {
+    for content in ["", "\n\n"] {
+        assert_eq!(
+            complaint(content, ""),
+            "footfall: x.csv is empty: it holds no sample\n"
+        );
+    }
+}
+
+#[test]
+fn without_a_format_a_header_that_lacks_an_axis_is_told_which() {
+    let missing = |header: &str| {
+        let stderr = complaint(format!("{header}\n0,0,0,0,0,0,0\n"), "");
+        let said = stderr.strip_prefix("footfall: x.csv, line 1: missing in the header: ");
+        said.expect("the header's fault").trim_end().to_owned()
+    };
+    assert_eq!(missing("t,ax,ay,az,wx,wy,gz"), "wz");
+    assert_eq!(
+        missing("T,AX,AY,AZ,WX,WY,WZ"),
+        "ax, ay, az, wx, wy, wz; names are written in lower case"
+    );
+    assert_eq!(
+        missing("t;ax;ay;az;wx;wy;wz"),
+        "ax, ay, az, wx, wy, wz; columns are separated by commas, not by ';'"
+    );
+}
+
+#[test]
+fn numbers_in_messages_are_as_short_as_they_were_written() {
+    assert_eq!(
+        complaint(format!("t,{AXES}\n1e300,0,0,0,0,0,0\n"), ""),
+        "footfall: x.csv, line 2, column 1 (t): 1e300 is no time in s: -4e9 to 4e9 is expected\n"
+    );
+    assert_eq!(
+        complaint(standing(), "--sample-rate 1e-30"),
+        "footfall: x.csv: column t says 1000.00 Hz, but the sample rate was given as 1e-30 Hz\n"
+    );
+    assert_eq!(
+        complaint(standing().replace(",50,1\n", ",50,1e300\n"), ""),
+        "footfall: x.csv, line 2, column 9 (label): label 1e300 where 0 (not stable) or 1 \
+         (stable) is expected\n"
+    );
+}
+
+#[test]
+fn times_in_milliseconds_are_suspected_where_the_rate_given_says_so() {
+    let in_ms = format!("t,{AXES}\n0,0,0,9,0,0,0\n1,0,0,9,0,0,0\n2,0,0,9,0,0,0\n");
+    assert_eq!(
+        complaint(in_ms, "--sample-rate 1000"),
+        "footfall: x.csv: column t says 1.00 Hz, but the sample rate was given as 1000 Hz; \
+         column t looks like milliseconds, but is in s\n"
+    );
+}
+
+#[test]
+fn missing_columns_are_named() {
+    assert_eq!(
+        complaint("t,ax,ay,az,wx\n0,0,0,0,0\n", "--format csv"),
+        "footfall: x.csv, line 1: missing in the header: wy, wz\n"
+    );
+}
+
+#[test]
+fn a_column_that_stands_twice_is_named() {
+    assert_eq!(
+        complaint(format!("{AXES},ay\n0,0,0,0,0,0,0\n"), ""),
+        "footfall: x.csv, line 1, column 7 (ay): this name stands in the header twice\n"
+    );
+}
+
+#[test]
+fn a_wrong_number_of_columns_names_the_line() {
+    assert_eq!(
+        complaint("0,0,0,0,0,0,0,0,0,0,0,0,1\n0,0,0\n", "--format pce-atlas"),
+        "footfall: x.csv, line 2: 3 columns where 13 are expected\n"
+    );
+    assert_eq!(
+        complaint(format!("{AXES}\n0,0,0,0,0,0,0\n"), "--sample-rate 100"),
+        "footfall: x.csv, line 2: 7 columns where 6 are expected\n"
+    );
+}
+
+#[test]
+fn what_is_no_number_is_quoted_with_its_place() {
+    assert_eq!(
+        complaint(format!("{AXES}\r\n0,0,0,0,0,0\r\n0,0,1.2.3,0,0,0\r\n"), ""),
+        "footfall: x.csv, line 3, column 3 (az): \"1.2.3\" is not a number\n"
+    );
+}
+
+#[test]
+fn a_blank_cell_in_an_axis_is_an_error() {
+    assert_eq!(
+        complaint(format!("{AXES}\n0,0,0, ,0,0\n"), ""),
+        "footfall: x.csv, line 2, column 4 (wx): blank where a number is needed\n"
+    );
+}
+
+#[test]
+fn what_is_not_utf8_is_named_with_its_place() {
+    let content = [AXES.as_bytes(), b"\n0,0,\xff,0,0,0\n"].concat();
+    assert_eq!(
+        complaint(content, ""),
+        "footfall: x.csv, line 2, column 3: not UTF-8 text\n"
+    );
+}
+
+#[test]
+fn a_label_that_is_neither_0_nor_1_is_an_error() {
+    assert_eq!(
+        complaint("0,0,0,0,0,0,0,0,0,0,0,0,2\n", "--format pce-atlas"),
+        "footfall: x.csv, line 1, column 13 (label): label 2 where 0 (not stable) or 1 (stable) \
+         is expected\n"
+    );
+}
+
+#[test]
+fn a_time_that_does_not_advance_is_an_error() {
+    assert_eq!(
+        complaint(
+            format!("t,{AXES}\n0.02,0,0,0,0,0,0\n0.01,0,0,0,0,0,0\n"),
+            ""
+        ),
+        "footfall: x.csv, line 3, column 1 (t): time 0.01 s does not come after 0.02 s in the \
+         row before\n"
+    );
+}
+
+#[test]
+fn a_time_that_is_no_time_is_an_error() {
+    assert_eq!(
+        complaint(format!("t,{AXES}\nnan,0,0,0,0,0,0\n"), ""),
+        "footfall: x.csv, line 2, column 1 (t): nan is no time in s: -4e9 to 4e9 is expected\n"
+    );
+}
+
+#[test]
+fn imu_values_after_rows_of_force_alone_are_an_error() {
+    assert_eq!(
+        complaint(
+            "1,0,0,1,0,0,0\n1,,,,,,\n1,0,0,1,0,0,0\n",
+            "--format pce-go1"
+        ),
+        "footfall: x.csv, line 3, column 2 (ax): IMU values after a row that had none; rows of \
+         force alone may only stand at the end\n"
+    );
+}
+
+#[test]
+fn without_times_the_sample_rate_must_be_given() {
+    assert_eq!(
+        complaint(format!("{AXES}\n0,0,0,0,0,0\n"), ""),
+        "footfall: x.csv has no times that tell the sample rate, so it must be given: \
+         --sample-rate HZ\n"
+    );
+}
+
+#[test]
+fn a_sample_rate_that_contradicts_the_times_is_an_error_that_names_both() {
+    assert_eq!(
+        complaint(standing(), "--sample-rate 500"),
+        "footfall: x.csv: column t says 1000.00 Hz, but the sample rate was given as 500 Hz\n"
+    );
+}
+
+#[test]
+fn times_in_another_unit_than_s_are_suspected_where_the_rate_says_so() {
+    for (step, rate, unit) in [(1, "1", "milliseconds"), (1000, "0.001", "microseconds")] {
+        let row = |k: u32| format!("{},0,0,9.81,0,0,0\n", k * step);
+        let rows: String = (0..100).map(row).collect();
+        assert_eq!(
+            complaint(format!("t,{AXES}\n{rows}"), ""),
+            format!(
+                "footfall: x.csv: the sample rate is {rate} Hz, allowed is 20 to 10000 Hz; \
+                 column t looks like {unit}, but is in s\n"
+            )
+        );
+    }
+}
+
+#[test]
+fn a_sample_rate_out_of_range_names_the_option() {
+    assert_eq!(
+        complaint(
+            "0,0,0,0,0,0,0,0,0,0,0,0,1\n",
+            "--format pce-atlas --sample-rate 1e-30"
+        ),
+        "footfall: --sample-rate is 1e-30 Hz, allowed is 20 to 10000 Hz\n"
+    );
+}
+
+#[test]
+fn a_parameter_out_of_its_range_is_named_with_value_and_range() {
+    assert_eq!(
+        complaint(standing(), "--window 9000samples"),
+        "footfall: --window comes to 9000 samples at this sample rate, allowed is 1 to \
+         4096\n"
+    );
+    let bench = Bench::with("x.csv", standing());
+    fs::write(bench.path("robot.toml"), "decision.threshold = 1.5\n").expect("a file");
+    assert_eq!(
+        bench.error("replay x.csv --config robot.toml"),
+        "footfall: robot.toml, key decision.threshold is 1.5, allowed is 0.01 to 0.99\n"
+    );
+    assert_eq!(
+        complaint(standing(), "--window=-5ms"),
+        "footfall: --window is -5 ms, allowed is 0.1 to 1000000 ms\n"
+    );
+}
+
+#[test]
+fn a_wrong_configuration_file_is_an_error_that_names_file_line_and_key() {
+    let bench = Bench::with("x.csv", standing());
+    let complaint = |content: &str| {
+        fs::write(bench.path("robot.toml"), content).expect("a file");
+        bench.error("replay x.csv --config robot.toml")
+    };
+    assert_eq!(
+        complaint("[decision]\nthresold = 0.6\n"),
+        "footfall: robot.toml, line 2, key decision.thresold: unknown field `thresold`, \
+         expected one of `threshold`, `on_delay_s`, `off_delay_s`\n"
+    );
+    assert_eq!(
+        complaint("window = '50'\n"),
+        "footfall: robot.toml, line 1, key window: \"50\" is no window: write a duration such \
+         as 50ms or a count such as 50samples\n"
+    );
+    assert_eq!(
+        bench.error("replay x.csv --config none.toml"),
+        "footfall: none.toml cannot be read: No such file or directory (os error 2)\n"
+    );
+}
+
+#[test]
+fn a_wrong_option_is_an_error_that_says_how_to_write_it() {
+    let bench = Bench::with("x.csv", standing());
+    for (option, hint) in [
+        (
+            "--window 50",
+            "write a duration such as 50ms or a count such as 50samples",
+        ),
+        ("--gravity maybe", "neither \"included\" nor \"removed\""),
+        ("--sample-rate -5", "write a number of Hz above 0"),
+        ("--format xml", "possible values: pce-atlas, pce-go1, csv"),
+    ] {
+        let (name, value) = option.split_once(' ').expect("a value");
+        let stderr = bench.error(&format!("replay x.csv {name}={value}"));
+        assert!(stderr.contains(hint), "{stderr}");
+    }
+}
+
+#[test]
+fn a_result_in_a_directory_that_does_not_exist_is_an_error() {
+    assert_eq!(
+        complaint(standing(), "--output no/out.csv"),
+        "footfall: no/out.csv cannot be written: there is no directory no\n"
+    );
+}
+
+#[test]
+fn a_result_never_takes_the_place_of_the_recording() {
+    let bench = Bench::with("x.csv", standing());
+    assert_eq!(
+        bench.error("replay x.csv --output ./x.csv"),
+        "footfall: ./x.csv cannot be written: it is the recording itself\n"
+    );
+    assert_eq!(read(&bench.path("x.csv")), standing());
+}
+
+#[test]
+fn two_results_never_go_into_one_file() {
+    let bench = Bench::with("x.csv", standing());
+    for same in ["a.svg", "./a.svg"] {
+        assert_eq!(
+            bench.error(&format!("replay x.csv --output a.svg --plot {same}")),
+            format!(
+                "footfall: {same} cannot be written: it is named for the table and for the \
+                 picture\n"
+            )
+        );
+    }
+    assert_eq!(bench.files(), ["x.csv"]);
+}
+
+#[test]
+fn what_cannot_be_written_is_found_before_anything_is() {
+    let bench = Bench::with("x.csv", standing());
+    fs::create_dir(bench.path("walks.svg")).expect("a directory");
+    for (picture, why) in [
+        ("no/x.svg", "there is no directory no"),
+        ("walks.svg", "it is a directory"),
+        ("x.png", "pictures are SVG, so the name must end in .svg"),
+        ("x", "pictures are SVG, so the name must end in .svg"),
+    ] {
+        assert_eq!(
+            bench.error(&format!("replay x.csv --output ok.csv --plot {picture}")),
+            format!("footfall: {picture} cannot be written: {why}\n")
+        );
+        assert_eq!(bench.files(), ["walks.svg", "x.csv"]);
+    }
+}
+
+#[test]
+fn an_error_leaves_no_result_behind() {
+    let bench = Bench::with("x.csv", standing() + "1.0,0,0,oops,0,0,0,50,1\n");
+    bench.error("replay x.csv --output out.csv --plot out.svg");
+    assert_eq!(bench.files(), ["x.csv"]);
+}

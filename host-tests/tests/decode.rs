@@ -1,0 +1,445 @@
+//! What the demo's foot sends, decoded again: by this program, and by Python with the DBC.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+use std::sync::LazyLock;
+
+use estimator_core::{ContactEstimate, Decision, Flag, Timestamp, Vec3};
+use firmware::imu::default_params;
+use footfall::decode::{Decoded, Row, decode};
+use footfall::demo;
+use footfall::gait::{Plan, SensorParams, Simulation, simulate};
+use footfall::output::{write_file, write_samples};
+use footfall::replay::replay;
+use footfall::transmit::{FaultChange, Transmission, transmit};
+use host_tests::committed::{assert_readme_block, workspace};
+use host_tests::requirements::unmet;
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::Index;
+use wire::pdo::{ACCELERATION_STEP, BIAS_STEP, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP};
+use wire::{Fault, Foot, Settings};
+
+#[path = "../../wire/tests/python/environment.rs"]
+mod environment;
+
+/// Half a step of 16 and of 8 bits, and what f32 adds.
+const HALF_P16: f32 = 0.5 / 65_535.0 + 1e-7;
+const HALF_P8: f32 = 0.5 / 255.0 + 1e-7;
+
+struct Demo {
+    walk: Simulation,
+    estimates: Vec<ContactEstimate>,
+    sent: Transmission,
+}
+
+fn demo_with(faults: &[FaultChange]) -> Demo {
+    let walk = simulate(&Plan::demo(demo::SEED), &SensorParams::LSM6DSOX, demo::SEED);
+    let estimates = replay(&walk.recording, &default_params()).expect("the preset");
+    let sent = transmit(&Settings::default(), &estimates, &walk.temperatures, faults);
+    Demo {
+        walk,
+        estimates,
+        sent,
+    }
+}
+
+fn decoded(bytes: &[u8]) -> Decoded {
+    decode(bytes, "file", &[]).expect("a recording")
+}
+
+fn probabilities(row: &Row) -> [f32; 3] {
+    [row.stable, row.tangential, row.vertical]
+}
+
+/// What was decided, which a doubtful estimate does not say.
+fn assert_status(row: &Row, estimate: &ContactEstimate) {
+    let status = row.status;
+    if estimate.flags.are_doubt() {
+        assert_eq!(status.decision(), Decision::NotStable);
+    } else {
+        assert_eq!(status.decision(), estimate.decision);
+        assert_eq!(status.phase(), estimate.phase);
+    }
+    assert_eq!(status.is_valid(), !estimate.flags.are_doubt());
+    let saturated = estimate.flags.contains(Flag::Saturated);
+    assert_eq!(status.is_saturated(), saturated);
+    let settling = [Flag::WindowNotFull, Flag::AttitudeNotInitialised];
+    assert_eq!(
+        status.is_settling(),
+        settling
+            .into_iter()
+            .any(|flag| estimate.flags.contains(flag))
+    );
+    assert!(!status.has_fault());
+}
+
+/// Each number is what was sent, to half a step and what f32 makes of a product with it.
+fn assert_near<const N: usize>(got: [f32; N], sent: [f32; N], step: f64) {
+    for (got, sent) in got.into_iter().zip(sent) {
+        let limit = 0.5 * step as f32 + 1e-6 * sent.abs().max(1.0);
+        assert!((got - sent).abs() <= limit, "{got} for {sent}");
+    }
+}
+
+const fn components(Vec3 { x, y, z }: Vec3) -> [f32; 3] {
+    [x, y, z]
+}
+
+fn counts(of: &[(&str, u64)]) -> BTreeMap<String, u64> {
+    of.iter()
+        .map(|(name, n)| ((*name).to_owned(), *n))
+        .collect()
+}
+
+#[test]
+fn the_serial_line_gives_back_every_time_probability_and_state_of_the_demo() {
+    let demo = demo_with(&[]);
+    let Decoded { rows, report, .. } = decoded(&demo.sent.uart);
+    assert_eq!(rows.len(), demo.estimates.len());
+    for (row, estimate) in rows.iter().zip(&demo.estimates) {
+        assert_eq!(row.timestamp, estimate.timestamp);
+        let p = estimate.probabilities;
+        let sent = [p.stable, p.tangential, p.vertical]
+            .into_iter()
+            .chain(p.axes.to_array());
+        let axes = row.axes.expect("each message has them").to_array();
+        for (got, sent) in probabilities(row).into_iter().chain(axes).zip(sent) {
+            assert!((got - sent).abs() <= HALF_P16, "{got} for {sent}");
+        }
+        assert_eq!(row.flags, Some(estimate.flags.bits()));
+        assert_status(row, estimate);
+        assert_eq!(row.interface, None);
+    }
+    // The node id comes with the first health message, which follows a contact.
+    let period = usize::from(Settings::default().uart_streams().health);
+    let first = rows.iter().position(|row| row.node.is_some());
+    let id = Foot::FrontLeft.default_node_id();
+    assert_eq!(first, Some(period));
+    assert!(rows[period..].iter().all(|row| row.node == Some(id)));
+    assert_eq!((report.gaps, report.missing), (0, 0));
+    assert!(report.problems.is_empty(), "{:?}", report.problems);
+}
+
+#[test]
+fn can_gives_back_every_time_probability_and_state_of_the_demo() {
+    let mut demo = demo_with(&[]);
+    // The demo's sensor does not warm up; here it does.
+    for (k, temperature) in demo.walk.temperatures.iter_mut().enumerate() {
+        *temperature = -40.0 + 0.01 * k as f32;
+    }
+    // Nor does it have every flag; here each comes for a tenth of a second, again and again.
+    for (k, estimate) in demo.estimates.iter_mut().enumerate().skip(10_000) {
+        estimate.flags = estimate.flags.with(Flag::ALL[k / 100 % Flag::ALL.len()]);
+    }
+    let (estimates, temperatures) = (&demo.estimates, &demo.walk.temperatures);
+    demo.sent = transmit(&Settings::default(), estimates, temperatures, &[]);
+    let Decoded {
+        rows,
+        report,
+        notices,
+    } = decoded(demo.sent.can_log().as_bytes());
+    assert_eq!(rows.len(), demo.estimates.len());
+    let sent = demo.estimates.iter().zip(&demo.walk.temperatures);
+    for (row, (estimate, temperature)) in rows.iter().zip(sent) {
+        let (got, sent) = (row.timestamp.as_micros(), estimate.timestamp.as_micros());
+        assert!(got <= sent && sent < got + 10, "{got} µs for {sent} µs");
+        let p = estimate.probabilities;
+        assert!((row.stable - p.stable).abs() <= HALF_P16);
+        assert!((row.tangential - p.tangential).abs() <= HALF_P8);
+        assert!((row.vertical - p.vertical).abs() <= HALF_P8);
+        if let Some(axes) = row.axes {
+            for (got, sent) in axes.to_array().into_iter().zip(p.axes.to_array()) {
+                assert!((got - sent).abs() <= HALF_P8);
+            }
+        }
+        // Without value where the motion is not known.
+        let known = ![
+            Flag::AttitudeNotInitialised,
+            Flag::Stale,
+            Flag::InvalidSample,
+        ]
+        .into_iter()
+        .any(|flag| estimate.flags.contains(flag));
+        if let Some(got) = row.orientation {
+            let q = estimate.orientation;
+            let got = [got.w, got.x, got.y, got.z];
+            if known {
+                assert_near(got, [q.w, q.x, q.y, q.z], UNIT_STEP);
+            } else {
+                assert!(got.iter().all(|part| part.is_nan()), "{got:?}");
+            }
+        }
+        for (got, sent, step) in [
+            (
+                row.acceleration,
+                estimate.linear_acceleration.0,
+                ACCELERATION_STEP,
+            ),
+            (row.rate, estimate.angular_rate.0, RATE_STEP),
+            (row.bias, estimate.gyro_bias.0, BIAS_STEP),
+        ] {
+            let Some(got) = got.map(components) else {
+                continue;
+            };
+            if known {
+                assert_near(got, components(sent), step);
+            } else {
+                assert!(got.iter().all(|part| part.is_nan()), "{got:?}");
+            }
+        }
+        if let Some(got) = row.temperature {
+            assert_near([got], [*temperature], TEMPERATURE_STEP);
+        }
+        if let Some(flags) = row.flags {
+            assert_eq!(flags, estimate.flags.bits());
+        }
+        assert_status(row, estimate);
+    }
+    let with = |what: fn(&Row) -> bool| rows.iter().filter(|row| what(row)).count();
+    let twentieth = rows.len() / 20;
+    assert_eq!(with(|row| row.axes.is_some()), twentieth);
+    assert_eq!(with(|row| row.orientation.is_some()), twentieth);
+    assert_eq!(with(|row| row.acceleration.is_some()), twentieth);
+    assert_eq!(with(|row| row.rate.is_some()), twentieth);
+    assert_eq!(with(|row| row.flags.is_some()), rows.len() / 100);
+    assert_eq!(with(|row| row.bias.is_some()), rows.len() / 1000);
+    assert_eq!(with(|row| row.temperature.is_some()), rows.len() / 1000);
+    assert!(with(|row| row.status.decision() == Decision::Stable) > 1000);
+    assert_eq!((report.gaps, report.missing), (0, 0));
+    assert!(report.problems.is_empty() && notices.is_empty(), "{report}");
+}
+
+#[test]
+fn the_readme_shows_what_is_printed_of_the_demo() {
+    let report = decoded(demo_with(&[]).sent.can_log().as_bytes()).report;
+    assert_readme_block("decode", &format!("```text\n{report}\n```\n"));
+}
+
+#[test]
+fn faults_of_the_foot_come_out_with_their_time_name_and_detail() {
+    let at = |ms: u64, detail| FaultChange {
+        at: Timestamp::from_micros(ms * 1000),
+        fault: Fault::SensorSilent,
+        detail,
+    };
+    let demo = demo_with(&[at(3000, Some(7)), at(3100, None)]);
+    let Decoded { rows, report, .. } = decoded(demo.sent.can_log().as_bytes());
+    let told: Vec<_> = report
+        .emergencies
+        .iter()
+        .map(|e| (e.node, e.code, e.fault.as_str(), e.detail))
+        .collect();
+    let name = Fault::SensorSilent.name();
+    assert_eq!(told, [(0x11, 0x7001, name, 7), (0x11, 0, name, 0)]);
+    let t = report.emergencies[0]
+        .t
+        .expect("there were contacts before it");
+    assert!((2.99..=3.0).contains(&t), "{t}");
+    let faulty: Vec<_> = rows.iter().filter(|row| row.status.has_fault()).collect();
+    assert_eq!(faulty.len(), 100);
+    for row in faulty {
+        assert_eq!(probabilities(row), [0.0; 3]);
+        assert_eq!(row.flag_names().last(), Some(&"fault"));
+    }
+    let on_the_line = decoded(&demo.sent.uart).rows;
+    assert_eq!(
+        on_the_line
+            .iter()
+            .filter(|row| row.status.has_fault())
+            .count(),
+        100
+    );
+}
+
+/// Where each frame of a recording of the serial line begins, with a zero, and where the last ends.
+fn frames(uart: &[u8]) -> Vec<usize> {
+    let between = uart.windows(2).enumerate();
+    let begins = between.filter(|(_, pair)| **pair == [0, 0]);
+    std::iter::once(0)
+        .chain(begins.map(|(at, _)| at + 1))
+        .chain([uart.len()])
+        .collect()
+}
+
+#[test]
+fn damage_on_the_serial_line_costs_the_frames_it_hits_and_is_counted() {
+    let clean = demo_with(&[]).sent.uart;
+    let all = decoded(&clean).rows.len() as u64;
+    let starts = frames(&clean);
+    let mut damaged = clean;
+    // From the end, so that places stay where they are. The last frame is cut off.
+    damaged.truncate(damaged.len() - 3);
+    // Garbage with an end of its own between two frames, and without one: neither hits a frame.
+    let garbage: Vec<u8> = (1..=200).map(|k| (k * 37 % 255) as u8 + 1).collect();
+    damaged.splice(
+        starts[9000]..starts[9000],
+        garbage.iter().copied().chain([0]),
+    );
+    damaged.splice(starts[8000]..starts[8000], garbage);
+    // A frame of another version: its CRC is not made anew, so it is damage like any other.
+    damaged[starts[7000] + 2] ^= 2;
+    // Ten whole frames are lost.
+    damaged.drain(starts[6000]..starts[6010]);
+    // Bits flip in frames that are not neighbours.
+    for frame in [1000, 2000, 3000, 4000, 5000] {
+        damaged[starts[frame] + 20] ^= 0x40;
+    }
+    let Decoded { rows, report, .. } = decoded(&damaged);
+    // Truncated 1, version 1, lost 10, flipped 5.
+    let lost = 17;
+    let healths = report.frames["health"];
+    assert_eq!(rows.len() as u64 + healths, starts.len() as u64 - 1 - lost);
+    assert!(rows.len() as u64 >= all - lost);
+    // The truncated one is at the end, where nothing shows that a number is missing.
+    assert_eq!((report.gaps, report.missing), (7, lost - 1));
+    let wrong: u64 = report.problems.values().sum();
+    assert_eq!(report.problems["unfinished_frames"], 1);
+    assert_eq!(wrong, 9, "{:?}", report.problems);
+    // What did come through is right.
+    assert!(
+        rows.windows(2)
+            .all(|pair| pair[0].timestamp < pair[1].timestamp)
+    );
+}
+
+#[test]
+fn other_versions_and_types_are_told_from_damage() {
+    // Frames made by hand, with a CRC-32 of another implementation.
+    let clean = demo_with(&[]).sent.uart;
+    let plain = |version: u8, kind: u8| {
+        let body = [version, kind, 7, 1];
+        let crc = crc32(&body).to_le_bytes();
+        let mut frame = vec![];
+        for block in [&body[..], &crc].concat().split(|byte| *byte == 0) {
+            frame.push(block.len() as u8 + 1);
+            frame.extend_from_slice(block);
+        }
+        frame.push(0);
+        frame
+    };
+    let stream = [plain(2, 1), clean, plain(1, 0x7F)].concat();
+    let problems = decoded(&stream).report.problems;
+    assert_eq!(problems.get("unknown_version_2"), Some(&1), "{problems:?}");
+    assert_eq!(problems.get("unknown_type_0x7F"), Some(&1), "{problems:?}");
+    assert_eq!(problems.values().sum::<u64>(), 2, "{problems:?}");
+}
+
+/// CRC-32 as in zlib, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
+            (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg())
+        })
+    })
+}
+
+#[test]
+fn damage_in_a_can_log_costs_the_lines_it_hits_and_is_counted() {
+    let log = demo_with(&[]).sent.can_log();
+    let contacts: Vec<usize> = log
+        .lines()
+        .enumerate()
+        .filter(|(_, line)| line.contains(" 191#"))
+        .map(|(index, _)| index)
+        .collect();
+    let mut lines: Vec<String> = log.lines().map(str::to_owned).collect();
+    // Cut in the middle of a line, as when the disk was full; and lines lost for two seconds.
+    lines[contacts[500]].truncate(30);
+    let lost = contacts[3000]..contacts[5000];
+    let times = decoded(log.as_bytes()).rows;
+    lines.drain(lost);
+    let damaged = lines.join("\n");
+    let Decoded {
+        rows,
+        report,
+        notices,
+    } = decoded(damaged.as_bytes());
+    assert_eq!(report.problems, counts(&[("malformed_lines", 1)]));
+    assert_eq!(notices.len(), 1);
+    let number = format!("file, line {}: ", contacts[500] + 1);
+    assert!(notices[0].starts_with(&number), "{}", notices[0]);
+    assert_eq!(rows.len(), times.len() - 2001);
+    // 2000 frames are 7 turns of the sequence number and 208: what the times show beside.
+    assert_eq!((report.gaps, report.missing), (2, 1 + 2000 % 256));
+    assert!(
+        (2.0..2.002).contains(&report.longest_step_s.expect("rows")),
+        "{report}"
+    );
+    // The short time was bridged by the log's: the rest is where it was.
+    assert_eq!(
+        rows.last().map(|row| row.timestamp),
+        times.last().map(|row| row.timestamp)
+    );
+}
+
+/// A tenth of a second of either format.
+fn excerpts() -> [Vec<u8>; 2] {
+    let sent = demo_with(&[]).sent;
+    let log: String = sent
+        .can_log()
+        .lines()
+        .take(130)
+        .map(|line| format!("{line}\n"))
+        .collect();
+    [log.into_bytes(), sent.uart[..4000].to_vec()]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn whatever_a_file_holds_it_is_decoded_or_refused(bytes in vec(any::<u8>(), 0..2000)) {
+        let _ = decode(&bytes, "file", &[]);
+    }
+
+    #[test]
+    fn whatever_happens_to_a_file_what_it_says_adds_up(
+        which in 0_usize..2,
+        damage in vec((any::<Index>(), any::<u8>()), 1..20),
+        cut in any::<Index>(),
+    ) {
+        static EXCERPTS: LazyLock<[Vec<u8>; 2]> = LazyLock::new(excerpts);
+        let mut bytes = EXCERPTS[which].clone();
+        for (at, byte) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        bytes.truncate(cut.index(bytes.len()) + 1);
+        if let Ok(Decoded { rows, report, .. }) = decode(&bytes, "file", &[]) {
+            prop_assert_eq!(rows.len(), report.rows);
+            let contacts = report.frames.get("contact").copied().unwrap_or(0);
+            prop_assert_eq!(rows.len() as u64, contacts - report.duplicates);
+            for row in rows {
+                prop_assert!(probabilities(&row).into_iter().all(|p| (0.0..=1.0).contains(&p)));
+            }
+        }
+    }
+}
+
+#[test]
+fn cantools_reads_the_same_values_from_the_log_as_there_are_in_the_samples() {
+    let python = match environment::make() {
+        Ok(python) => python,
+        Err(missing) => return unmet(&missing),
+    };
+    let demo = demo_with(&[]);
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let (log, samples) = (
+        folder.path().join("can.log"),
+        folder.path().join("samples.csv"),
+    );
+    write_file(&log, |to| to.write_all(demo.sent.can_log().as_bytes())).expect("a file");
+    let recorded = &demo.walk.recording.samples;
+    write_file(&samples, |to| write_samples(recorded, &demo.estimates, to)).expect("a file");
+    let output = Command::new(python)
+        .arg(workspace().join("host-tests/tests/python/demo.py"))
+        .arg(workspace().join("wire/footfall.dbc"))
+        .args([&log, &samples])
+        .output()
+        .expect("the interpreter starts");
+    let said = String::from_utf8_lossy(&output.stdout);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}{error}");
+    println!("{said}");
+}

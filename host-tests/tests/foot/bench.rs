@@ -1,0 +1,365 @@
+//! A foot on a bench: the simulated sensor, virtual time, and everything that comes out.
+//!
+//! Time is the part's. The executor polls the sampling loop until it waits, lets time pass until
+//! the next moment anybody waits for, and polls again: the same run gives the same bits always.
+
+use std::cell::{Cell, RefCell};
+use std::pin::{Pin, pin};
+use std::task::{Context, Poll, Waker};
+
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embedded_hal_async::delay::DelayNs;
+use estimator_core::Timestamp;
+use firmware::commands::UartReceiver;
+use firmware::imu::{SENSOR, imu_sample};
+use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, Sensor, Tick, Ticks};
+use firmware::{Foot, Start};
+use lsm6dsox::Pin as InterruptPin;
+use lsm6dsox::RawSample;
+use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
+use wire::node::Command;
+use wire::pdo::{Contact, Pdo};
+use wire::uart::{Answer, ConfigSet, Decoder, Message, NmtRequest, encode};
+use wire::{Address, CanFrame, Emergency, Settings, Stage, Value};
+
+pub type Ports = firmware::Ports<NoopRawMutex>;
+
+pub const MS: u64 = 1_000_000;
+pub const SECOND: u64 = 1000 * MS;
+
+/// What a part that is no particular one is like.
+pub const ORDINARY: PartOptions = PartOptions {
+    byte_time_ns: 800,
+    ..PLAIN
+};
+
+const PLAIN: PartOptions = PartOptions {
+    seed: 1,
+    clock_error: 0.0,
+    jitter_ns: 500,
+    noise: true,
+    accel_bias: [0.0; 3],
+    gyro_bias: [0.0; 3],
+    accel_drift: [0.0; 3],
+    gyro_drift: [0.0; 3],
+    accel_test_signal: [4.9; 3],
+    gyro_test_signal: [7.0; 3],
+    byte_time_ns: 0,
+};
+
+pub fn standing() -> SharedPart {
+    part(|_: f64| Stimulus::REST, ORDINARY)
+}
+
+pub fn part(motion: impl Motion + 'static, options: PartOptions) -> SharedPart {
+    Part::with_options(motion, options).shared()
+}
+
+/// The next moment somebody waits for.
+struct Alarm<'a> {
+    part: &'a SharedPart,
+    next_ns: &'a Cell<u64>,
+}
+
+impl Alarm<'_> {
+    async fn wait_until(&self, ns: u64) {
+        std::future::poll_fn(|_| {
+            if self.part.now_ns() >= ns {
+                Poll::Ready(())
+            } else {
+                self.next_ns.set(self.next_ns.get().min(ns));
+                Poll::Pending
+            }
+        })
+        .await;
+    }
+}
+
+struct BenchDelay<'a>(Alarm<'a>);
+
+impl DelayNs for BenchDelay<'_> {
+    async fn delay_ns(&mut self, ns: u32) {
+        let until = self.0.part.now_ns() + u64::from(ns);
+        self.0.wait_until(until).await;
+    }
+}
+
+/// A timer of 1 kHz, and a capture of the data-ready pin.
+struct BenchTicks<'a> {
+    alarm: Alarm<'a>,
+    next: u64,
+    count_edges: bool,
+}
+
+impl BenchTicks<'_> {
+    fn edge_after(&self) -> Option<u64> {
+        self.alarm.part.next_rising_edge_ns(InterruptPin::Int1)
+    }
+}
+
+impl Ticks for BenchTicks<'_> {
+    async fn next(&mut self) -> Tick {
+        let mut edges = 0;
+        let mut missed = 0;
+        while self.alarm.part.now_ns() >= (self.next + 1) * MS {
+            self.next += 1;
+            missed += 1;
+        }
+        let tick_ns = self.next * MS;
+        self.next += 1;
+        while self.count_edges
+            && let Some(edge) = self.edge_after()
+            && edge <= tick_ns
+        {
+            self.alarm.wait_until(edge).await;
+            edges += 1;
+        }
+        self.alarm.wait_until(tick_ns).await;
+        let limit_ns = tick_ns + EDGE_LIMIT_US * 1000;
+        let edge = self.edge_after().filter(|edge| *edge <= limit_ns);
+        self.alarm.wait_until(edge.unwrap_or(limit_ns)).await;
+        // The edge just waited for belongs to this tick's count.
+        let edges = edges + u16::from(edge.is_some());
+        Tick {
+            time: Timestamp::from_micros(tick_ns / 1000),
+            edge: edge.map(|ns| Timestamp::from_micros(ns / 1000)),
+            edges: self.count_edges.then_some(edges),
+            missed,
+        }
+    }
+}
+
+/// Something to be done to the part at a time.
+pub type Deed<'a> = (u64, &'a dyn Fn(&SharedPart));
+
+/// How to run.
+#[derive(Clone, Copy, Default)]
+pub struct Run<'a> {
+    pub self_test: bool,
+    pub count_edges: bool,
+    /// In order of time.
+    pub deeds: &'a [Deed<'a>],
+}
+
+impl Run<'_> {
+    /// Runs the sampling loop on `part` for `ns`; each tick is handed to `each`.
+    pub fn on(self, part: &SharedPart, ns: u64, each: impl FnMut(&Tick, &Measurement)) {
+        let next_ns = Cell::new(u64::MAX);
+        let alarm = || Alarm {
+            part,
+            next_ns: &next_ns,
+        };
+        let ticks = BenchTicks {
+            alarm: alarm(),
+            next: 1 + part.now_ns() / MS,
+            count_edges: self.count_edges,
+        };
+        let end = part.now_ns() + ns;
+        let sensor = Sensor::new(part.spi());
+        let delay = BenchDelay(alarm());
+        let mut future = pin!(sampling::run(sensor, delay, ticks, self.self_test, each));
+        let mut context = Context::from_waker(Waker::noop());
+        let mut deeds = self.deeds.iter();
+        let mut deed = deeds.next();
+        while part.now_ns() < end {
+            next_ns.set(u64::MAX);
+            let poll: Pin<&mut _> = future.as_mut();
+            assert!(poll.poll(&mut context).is_pending());
+            let mut next = next_ns.get();
+            assert!(next < u64::MAX, "the loop waits for nothing");
+            if let Some((at, action)) = deed
+                && *at <= next
+            {
+                part.advance_to(*at);
+                action(part);
+                deed = deeds.next();
+                // What was waited for may come otherwise now.
+                next = part.now_ns();
+            }
+            part.advance_to(next);
+        }
+    }
+}
+
+/// A contact frame, and when it went out.
+#[derive(Clone, Copy, Debug)]
+pub struct Sent {
+    pub ns: u64,
+    pub contact: Contact,
+}
+
+/// The foot with its ports, and consumers that take everything at once.
+pub struct Bench {
+    pub foot: Foot,
+    pub ports: Ports,
+    pub can: Vec<CanFrame>,
+    pub uart: Vec<Message>,
+    pub can_listens: bool,
+    pub uart_listens: bool,
+    decoder: Decoder,
+    receiver: UartReceiver,
+    still_ticks: u64,
+}
+
+impl Bench {
+    pub fn new(settings: Settings) -> Self {
+        Self::with_start(settings, Start::default())
+    }
+
+    pub fn with_start(settings: Settings, start: Start) -> Self {
+        Self {
+            foot: Foot::new(settings, start).expect("checked settings"),
+            ports: Ports::new(),
+            can: Vec::new(),
+            uart: Vec::new(),
+            can_listens: true,
+            uart_listens: true,
+            decoder: Decoder::new(),
+            receiver: UartReceiver::new(),
+            still_ticks: 0,
+        }
+    }
+
+    /// One tick, and what came out of it. What came before is forgotten.
+    pub fn tick(&mut self, tick: &Tick, measurement: &Measurement, reading: Option<u16>) {
+        self.foot.tick(tick, measurement, reading, &self.ports);
+        self.can.clear();
+        self.uart.clear();
+        if self.can_listens {
+            self.can
+                .extend(std::iter::from_fn(|| self.ports.try_next_can()));
+        }
+        if self.uart_listens {
+            while let Some(frame) = self.ports.try_next_uart() {
+                for byte in frame.as_bytes() {
+                    if let Some(frame) = self.decoder.push(*byte) {
+                        self.uart.push(frame.expect("a sound frame").message);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The contact frame of the last tick.
+    pub fn contact(&self) -> Option<Contact> {
+        let id = Pdo::Contact.cob_id(self.foot.settings().node_id()?);
+        let mut frames = self.can.iter().filter(|frame| frame.id() == id);
+        let frame = frames.next()?;
+        assert!(frames.next().is_none(), "two contact frames on one tick");
+        Some(Contact::decode(frame.data8().expect("eight bytes")))
+    }
+
+    /// Puts bytes into the UART; what the foot has no room for is given back.
+    pub fn type_in(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if let Some(input) = self.receiver.push(*byte) {
+                assert!(self.ports.try_put(input), "too much at once");
+            }
+        }
+        if let Some(input) = self.receiver.refused() {
+            assert!(self.ports.try_put(input), "too much at once");
+        }
+    }
+
+    /// Sends a request over UART.
+    pub fn ask(&mut self, message: &Message) {
+        let frame = encode(0, message);
+        self.type_in(frame.as_bytes());
+    }
+
+    pub fn set(&mut self, address: Address, value: Value) {
+        self.ask(&Message::ConfigSet(ConfigSet {
+            address,
+            value: value.into(),
+        }));
+    }
+
+    pub fn command(&mut self, command: Command) {
+        self.ask(&Message::Nmt(NmtRequest(command)));
+    }
+
+    /// The answers on the UART in the last tick.
+    pub fn answers(&self) -> Vec<Answer> {
+        let answers = self.uart.iter().filter_map(|message| match message {
+            Message::ConfigResponse(response) => Some(response.answer),
+            _ => None,
+        });
+        answers.collect()
+    }
+
+    /// The emergencies on the CAN in the last tick.
+    pub fn emergencies(&self) -> Vec<Emergency> {
+        let frames = self.can.iter().filter(|frame| frame.id() == 0x91);
+        let bytes = frames.map(|frame| frame.data8().expect("eight bytes"));
+        bytes.map(Emergency::decode).collect()
+    }
+
+    /// One tick of a sensor that lies still, without a sensor.
+    pub fn still(&mut self) {
+        self.still_with(None);
+    }
+
+    /// The same with a reading of the load input.
+    pub fn still_with(&mut self, reading: Option<u16>) {
+        self.still_ticks += 1;
+        let time = Timestamp::from_micros(self.still_ticks * 1000);
+        let tick = Tick {
+            time,
+            edge: Some(time),
+            ..Tick::default()
+        };
+        // Codes of 1 g upwards, and a little of everything else.
+        let scatter = (self.still_ticks % 7) as i16 - 3;
+        let mut bytes = [3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+        bytes[4] = u8::from(scatter > 0);
+        bytes[14..].copy_from_slice(&(2049 + scatter).to_le_bytes());
+        let raw = RawSample::decode(&bytes, &SENSOR).expect("a status");
+        let measurement = Measurement {
+            sample: imu_sample(&raw, time),
+            raw: Some(raw),
+            activity: Activity::Measuring,
+            trouble: None,
+            saturated_for_long: false,
+            restarts: 0,
+        };
+        self.tick(&tick, &measurement, reading);
+    }
+
+    /// Ticks until the foot is at work.
+    pub fn running(mut self) -> Self {
+        for _ in 0..1000 {
+            self.still();
+        }
+        assert_eq!(self.foot.stage(), Stage::Running);
+        self
+    }
+
+    /// How many UART frames the receiving side misses.
+    pub fn uart_missing(&self) -> u32 {
+        self.decoder.drops().missing
+    }
+}
+
+/// Runs a foot on `part`, all ticks into `each` with what came out.
+pub fn run(
+    run: Run<'_>,
+    part: &SharedPart,
+    bench: &mut Bench,
+    ns: u64,
+    mut each: impl FnMut(&mut Bench, &Tick, &Measurement),
+) {
+    let bench = RefCell::new(bench);
+    run.on(part, ns, |tick, measurement| {
+        let bench = &mut **bench.borrow_mut();
+        bench.tick(tick, measurement, None);
+        each(bench, tick, measurement);
+    });
+}
+
+/// Runs a future that never waits.
+pub fn at_once<F: Future>(future: F) -> F::Output {
+    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(output) => output,
+        Poll::Pending => panic!("it waits"),
+    }
+}

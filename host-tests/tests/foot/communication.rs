@@ -1,0 +1,521 @@
+//! CAN and UART: requests, settings, floods, and nobody listening.
+
+use crate::bench::{Bench, MS, Run, SECOND, at_once, run, standing};
+use estimator_core::{Decision, Phase, Timestamp};
+use firmware::Start;
+use firmware::ports::{BusState, Input, Request, StoreFailed};
+use firmware::supervision::{CrashReason, CrashRecord, Worker};
+use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
+use wire::node::{BootCause, Command, State};
+use wire::uart::{Answer, Message, encode};
+use wire::{AbortCode, Address, CanFrame, Counter, Fault, Faults, Settings, Value};
+
+const WINDOW: Address = Address::new(index::WINDOW, 0);
+const THRESHOLD: Address = Address::new(index::DECISION, 1);
+const LOAD_SOURCE: Address = Address::new(index::LOAD_INPUT, 1);
+const STORE: Address = Address::new(index::STORE, 1);
+
+fn bench() -> Bench {
+    Bench::new(Settings::default()).running()
+}
+
+/// A bench whose settings can be written.
+fn open() -> Bench {
+    let mut bench = bench();
+    bench.command(Command::EnterPreOperational);
+    bench.still();
+    bench
+}
+
+fn settings(changes: &[(Address, Value)]) -> Settings {
+    let mut settings = Settings::default();
+    for (address, value) in changes {
+        settings.set(*address, *value).expect("allowed");
+    }
+    settings
+}
+
+/// An SDO download of four bytes at most.
+fn sdo_write(address: Address, value: Value, size: u8) -> CanFrame {
+    let [i0, i1] = address.index.to_le_bytes();
+    let [a, b, c, d] = value.to_raw().to_le_bytes();
+    let command = 0x23 | (4 - size) << 2;
+    let bytes = [command, i0, i1, address.subindex, a, b, c, d];
+    CanFrame::new(0x611, &bytes).expect("a frame")
+}
+
+fn receive(bench: &mut Bench, frame: CanFrame) {
+    let at = bench.foot.estimate().timestamp;
+    assert!(bench.ports.try_put(Input::Can(frame, at)));
+    bench.still();
+}
+
+/// The SDO server's answer in the last tick.
+fn sdo_answer(bench: &Bench) -> [u8; 8] {
+    let mut answers = bench.can.iter().filter(|frame| frame.id() == 0x591);
+    let answer = answers.next().expect("an answer");
+    *answer.data8().expect("eight bytes")
+}
+
+#[test]
+fn a_refused_value_changes_nothing_and_the_reason_is_told_on_both_ways() {
+    let too_long = Value::U32(1_000_000);
+    let mut bench = open();
+    let before = bench.foot.settings().clone();
+    let estimate = *bench.foot.estimate();
+    bench.set(WINDOW, too_long);
+    bench.still();
+    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::TooHigh)]);
+    receive(&mut bench, sdo_write(WINDOW, too_long, 4));
+    assert_eq!(sdo_answer(&bench), [0x80, 0x10, 0x20, 0, 0x31, 0, 9, 6]);
+    // What fits its own limits but not the other settings.
+    bench.set(Address::new(index::LOAD_INPUT, 5), Value::F32(1.0e6));
+    bench.still();
+    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::Incompatible)]);
+    assert_eq!(*bench.foot.settings(), before);
+    // The estimator was not even made anew.
+    assert_eq!(bench.foot.estimate().flags, estimate.flags);
+    bench.command(Command::StartRemoteNode);
+    bench.set(WINDOW, Value::U32(10_000));
+    bench.still();
+    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::DeviceState)]);
+    assert_eq!(*bench.foot.settings(), before);
+}
+
+/// How many samples it takes from the moment up is known until the window is full.
+fn ticks_to_full_window(bench: &mut Bench) -> u32 {
+    use estimator_core::Flag;
+    let mut ticks = 0;
+    let mut filled = 0;
+    for _ in 0..2000 {
+        bench.still();
+        let flags = bench.foot.estimate().flags;
+        if flags.contains(Flag::AttitudeNotInitialised) {
+            continue;
+        }
+        ticks += 1;
+        if flags.contains(Flag::WindowNotFull) {
+            filled = ticks;
+        }
+    }
+    filled + 1
+}
+
+#[test]
+fn a_new_window_takes_effect_with_the_next_tick() {
+    let mut bench = open();
+    for (micros, samples) in [(10_000, 10), (200_000, 200)] {
+        bench.set(WINDOW, Value::U32(micros));
+        bench.still();
+        assert_eq!(bench.answers(), [Answer::Done]);
+        // A new estimator looks for up first.
+        assert!(bench.foot.estimate().flags.are_doubt());
+        assert_eq!(ticks_to_full_window(&mut bench), samples);
+    }
+}
+
+#[test]
+fn streams_can_be_switched_off_and_thinned_out() {
+    let mut bench = open();
+    let contact = Address::new(index::TPDO, 1);
+    bench.set(contact, Value::U32(0xC000_0180 + 0x11));
+    bench.set(Address::new(index::UART_STREAMS, 1), Value::U16(10));
+    bench.set(Address::new(index::UART_STREAMS, 2), Value::U16(4));
+    bench.command(Command::StartRemoteNode);
+    bench.still();
+    let (mut contacts, mut raws) = (0, 0);
+    for _ in 0..1000 {
+        bench.still();
+        assert_eq!(bench.contact(), None);
+        contacts += bench
+            .uart
+            .iter()
+            .filter(|m| matches!(m, Message::Contact(_)))
+            .count();
+        raws += bench
+            .uart
+            .iter()
+            .filter(|m| matches!(m, Message::Raw(_)))
+            .count();
+    }
+    assert_eq!((contacts, raws), (100, 250));
+}
+
+#[test]
+fn a_flood_of_malformed_commands_is_counted_and_nothing_else() {
+    let part = standing();
+    let mut bench = Bench::new(Settings::default());
+    let mut state = 1_u32;
+    let mut random = move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 16) as u8
+    };
+    let sound = encode(
+        0,
+        &Message::Nmt(wire::uart::NmtRequest(Command::StartRemoteNode)),
+    );
+    let mut last: Option<u8> = None;
+    let mut frames = 0_u32;
+    run(
+        Run::default(),
+        &part,
+        &mut bench,
+        10 * SECOND,
+        |bench, _, _| {
+            let sequence = bench.contact().expect("a contact frame").sequence;
+            if let Some(last) = last.replace(sequence) {
+                assert_eq!(sequence, last.wrapping_add(1));
+            }
+            frames += 1;
+            // As much as 1 Mbaud carries: garbage, and frames with one wrong byte.
+            let mut bytes: Vec<u8> = (0..80).map(|_| random()).collect();
+            let mut damaged = sound.as_bytes().to_vec();
+            damaged[2] ^= 1 << (random() % 7) | 1;
+            bytes.extend(damaged.iter().map(|byte| (*byte).max(1)));
+            bytes.push(0);
+            bench.type_in(&bytes);
+            // And any frame there is on the bus, to this foot and to others.
+            for _ in 0..4 {
+                let id = u16::from_le_bytes([random(), random() & 7]);
+                let data: Vec<u8> = (0..random() % 9).map(|_| random()).collect();
+                // Neither NMT nor LSS, which everybody has to obey.
+                if !matches!(id, 0 | 0x7E5) {
+                    let frame = CanFrame::new(id, &data).expect("a frame");
+                    bench
+                        .ports
+                        .try_put(Input::Can(frame, Timestamp::from_micros(0)));
+                }
+            }
+        },
+    );
+    assert!(frames > 9990, "{frames}");
+    assert!(bench.foot.counters().get(Counter::UartRefused) > 10_000);
+    assert_eq!(*bench.foot.settings(), Settings::default());
+    assert!(!bench.foot.faults().void_estimate());
+    // And it still answers.
+    bench.type_in(&[0]);
+    bench.set(WINDOW, Value::U32(10_000));
+    let mut answers = Vec::new();
+    run(Run::default(), &part, &mut bench, 10 * MS, |bench, _, _| {
+        answers.extend(bench.answers());
+    });
+    assert_eq!(answers, [Answer::Refused(AbortCode::DeviceState)]);
+}
+
+#[test]
+fn nobody_listening_for_a_minute_costs_frames_and_no_tick() {
+    let mut bench = bench();
+    bench.can_listens = false;
+    bench.uart_listens = false;
+    let dropped = bench.foot.counters().dropped();
+    let mut valid = 0_u32;
+    for tick in 0..60_000 {
+        if tick == 30_000 {
+            // An answer to somebody who will read it later.
+            bench.set(WINDOW, Value::U32(10_000));
+        }
+        bench.still();
+        valid += u32::from(bench.foot.estimate().flags.is_empty());
+    }
+    assert_eq!(valid, 60_000);
+    // 1 + 4/20 + 1/1000 + 1/100 frames a tick on CAN and 2 in 500 ms; 1 + 1/100 on the UART.
+    let dropped = bench.foot.counters().dropped() - dropped;
+    assert!((130_000..140_000).contains(&dropped), "{dropped}");
+    bench.can_listens = true;
+    bench.uart_listens = true;
+    bench.still();
+    // What comes first is of the last few ticks: 16 frames, of which some are not contacts.
+    let newest = bench.foot.estimate().timestamp;
+    let oldest = bench.uart.iter().find_map(|message| match message {
+        Message::Contact(contact) => Some(contact.timestamp),
+        _ => None,
+    });
+    let age = newest
+        .micros_since(oldest.expect("contacts"))
+        .expect("older");
+    assert!(age <= 10_000, "{age} µs");
+    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::DeviceState)]);
+    let mut contacts = bench.can.iter().filter(|frame| frame.id() == 0x191);
+    let last = contacts.next_back().expect("contacts");
+    let now = (newest.as_micros() / 10) as u16;
+    assert_eq!(last.data()[4..6], now.to_le_bytes());
+    // The next health frames say what was lost.
+    let told = (0..200).find_map(|_| {
+        bench.still();
+        let health = bench.can.iter().find(|frame| frame.id() == 0x511)?;
+        Some(health.data()[2])
+    });
+    assert_eq!(told, Some(bench.foot.counters().dropped() as u8));
+}
+
+#[test]
+fn bus_off_is_counted_and_told_after_the_recovery() {
+    let mut bench = bench();
+    for recovery in 1..=2 {
+        assert!(bench.ports.try_put(Input::Bus(BusState::Passive(3, 130))));
+        bench.still();
+        let [passive] = bench.emergencies()[..] else {
+            panic!("{:?}", bench.emergencies());
+        };
+        assert_eq!(passive.code, Fault::CanErrorPassive.code());
+        assert_eq!(passive.detail, 3 | 130 << 8);
+        for state in [BusState::Off, BusState::Off, BusState::Active] {
+            assert!(bench.ports.try_put(Input::Bus(state)));
+        }
+        bench.still();
+        let codes: Vec<_> = bench
+            .emergencies()
+            .iter()
+            .map(|e| (e.fault, e.code, e.detail))
+            .collect();
+        let off = Fault::CanBusOff;
+        assert!(
+            codes.contains(&(Some(off), off.code(), recovery)),
+            "{codes:?}"
+        );
+        assert!(
+            codes.contains(&(Some(Fault::CanErrorPassive), 0, 0)),
+            "{codes:?}"
+        );
+        assert_eq!(bench.foot.counters().get(Counter::CanBusOff), recovery);
+        // The estimate does not suffer from it.
+        let status = bench.contact().expect("a contact frame").status;
+        assert!(status.is_valid() && status.decision() == Decision::Stable);
+        for _ in 0..1001 {
+            bench.still();
+        }
+        assert_eq!(bench.foot.faults(), Faults::NONE);
+    }
+}
+
+#[test]
+fn a_store_is_answered_when_it_is_done_and_a_failed_one_is_a_fault() {
+    let signature = Value::U32(SIGNATURE_STORE);
+    for (result, by_uart, by_sdo) in [
+        (Ok(()), Answer::Done, 0x60),
+        (Err(StoreFailed), Answer::Refused(AbortCode::Hardware), 0x80),
+    ] {
+        let mut bench = open();
+        bench.set(STORE, signature);
+        bench.still();
+        assert_eq!(bench.answers(), []);
+        let request = bench.ports.try_next_request();
+        assert_eq!(request, Some(Request::Store(bench.foot.settings().clone())));
+        // A second one has to wait its turn.
+        bench.set(STORE, signature);
+        bench.still();
+        assert_eq!(bench.answers(), [Answer::Refused(AbortCode::Hardware)]);
+        assert!(bench.ports.try_put(Input::Stored(result)));
+        bench.still();
+        assert_eq!(bench.answers(), [by_uart]);
+        assert_eq!(
+            bench.foot.faults().contains(Fault::ConfigStore),
+            result.is_err()
+        );
+
+        receive(&mut bench, sdo_write(STORE, signature, 4));
+        assert!(matches!(
+            bench.ports.try_next_request(),
+            Some(Request::Store(_))
+        ));
+        assert!(!bench.can.iter().any(|frame| frame.id() == 0x591));
+        assert!(bench.ports.try_put(Input::Stored(result)));
+        bench.still();
+        assert_eq!(sdo_answer(&bench)[0], by_sdo);
+
+        bench.set(
+            Address::new(index::RESTORE, 1),
+            Value::U32(SIGNATURE_RESTORE),
+        );
+        bench.still();
+        assert_eq!(bench.ports.try_next_request(), Some(Request::Restore));
+        assert!(bench.ports.try_put(Input::Stored(Ok(()))));
+        bench.still();
+        assert_eq!(bench.answers(), [Answer::Done]);
+        assert!(!bench.foot.faults().contains(Fault::ConfigStore));
+    }
+}
+
+#[test]
+fn a_reset_of_the_communication_loads_what_is_stored_and_boots_again() {
+    let mut bench = bench();
+    bench.command(Command::ResetCommunication);
+    bench.still();
+    assert_eq!(bench.ports.try_next_request(), Some(Request::Reload));
+    assert_eq!(bench.contact(), None);
+    let stored = settings(&[(Address::new(index::NODE_ID, 0), Value::U8(0x20))]);
+    at_once(bench.ports.reload(stored.clone()));
+    bench.still();
+    assert_eq!(bench.can[0], CanFrame::new(0x720, &[0]).expect("boot-up"));
+    assert_eq!(*bench.foot.settings(), stored);
+    // Whoever asked for the reset configures and starts it.
+    assert_eq!(bench.contact(), None);
+    bench.command(Command::StartRemoteNode);
+    bench.still();
+    assert!(bench.contact().is_some());
+    bench.command(Command::ResetNode);
+    bench.still();
+    assert_eq!(bench.ports.try_next_request(), Some(Request::Reset));
+}
+
+#[test]
+fn what_is_wrong_from_before_is_told_at_the_start_and_the_crash_fades() {
+    let crash = CrashRecord {
+        reason: CrashReason::HardFault,
+        program_counter: 0x0800_1234,
+    };
+    let start = Start {
+        serial: 7,
+        cause: BootCause::PowerUp,
+        crash: Some(crash.into()),
+        settings_corrupted: true,
+        crystal_missing: false,
+    };
+    let mut bench = Bench::with_start(Settings::default(), start);
+    bench.still();
+    assert_eq!(bench.can[0].id(), 0x711);
+    let told: Vec<_> = bench
+        .emergencies()
+        .iter()
+        .map(|e| (e.code, e.detail))
+        .collect();
+    assert_eq!(told, [(0x6300, 0), (0x6102, 0x0800_1234)]);
+    let mut bench = bench.running();
+    for _ in 0..10_000 {
+        bench.still();
+    }
+    assert_eq!(
+        bench.foot.faults(),
+        Faults::NONE.with(Fault::ConfigCorrupted)
+    );
+    // The reason itself can still be read.
+    let last_crash = Address::new(index::LAST_CRASH, 2);
+    bench.ask(&Message::ConfigGet(wire::uart::ConfigGet {
+        address: last_crash,
+    }));
+    bench.still();
+    assert_eq!(
+        bench.answers(),
+        [Answer::Value(Value::U32(0x0800_1234).into())]
+    );
+}
+
+#[test]
+fn without_a_crystal_the_can_is_silent_and_the_uart_says_why() {
+    let start = Start {
+        crystal_missing: true,
+        ..Start::default()
+    };
+    let mut bench = Bench::with_start(Settings::default(), start);
+    let mut lines = Vec::new();
+    for _ in 0..1000 {
+        bench.still();
+        assert_eq!(bench.can, []);
+        lines.extend(bench.uart.iter().filter_map(|message| match message {
+            Message::Log(line) => Some(line.text().to_owned()),
+            _ => None,
+        }));
+    }
+    assert!(
+        lines.contains(&Fault::CrystalMissing.name().to_owned()),
+        "{lines:?}"
+    );
+    assert_eq!(bench.foot.counters().get(Counter::CanDropped), 0);
+    assert!(!bench.foot.estimate().flags.are_doubt());
+}
+
+#[test]
+fn the_analog_load_makes_a_stance_and_an_open_input_makes_a_fault() {
+    let settings = settings(&[
+        (LOAD_SOURCE, Value::U8(1)),
+        (Address::new(index::LOAD_INPUT, 2), Value::F32(0.5)),
+        (Address::new(index::LOAD_INPUT, 3), Value::F32(1000.0)),
+    ]);
+    let mut bench = Bench::new(settings).running();
+    let phase = |bench: &mut Bench, reading: Option<u16>| {
+        for _ in 0..120 {
+            bench.still_with(reading);
+        }
+        bench.contact().expect("a contact frame").status.phase()
+    };
+    // 0.5 N a step from 1000 on: 50 N and 1 N; loaded from 12 N on.
+    assert_eq!(phase(&mut bench, Some(1100)), Phase::Stance);
+    assert_eq!(phase(&mut bench, Some(1002)), Phase::QuietSwing);
+    for broken in [Some(0), Some(4095), None] {
+        assert_eq!(phase(&mut bench, broken), Phase::Unknown, "{broken:?}");
+        assert!(
+            bench.foot.faults().contains(Fault::LoadSensorOpen),
+            "{broken:?}"
+        );
+        for _ in 0..101 {
+            bench.still_with(Some(1100));
+        }
+        assert_eq!(bench.foot.faults(), Faults::NONE);
+    }
+}
+
+#[test]
+fn a_load_over_can_is_believed_for_a_tenth_of_a_second() {
+    let settings = settings(&[(LOAD_SOURCE, Value::U8(2))]);
+    let mut bench = Bench::new(settings).running();
+    let load = CanFrame::new(0x211, &50.0_f32.to_le_bytes()).expect("a frame");
+    receive(&mut bench, load);
+    let mut phases = Vec::new();
+    for _ in 0..150 {
+        phases.push(bench.contact().expect("a contact frame").status.phase());
+        bench.still();
+    }
+    let stance = phases
+        .iter()
+        .take_while(|phase| **phase == Phase::Stance)
+        .count();
+    assert!((99..=101).contains(&stance), "{stance}");
+    assert!(
+        phases[stance..]
+            .iter()
+            .all(|phase| *phase == Phase::Unknown)
+    );
+}
+
+#[test]
+fn a_stopped_foot_is_silent_until_it_is_started() {
+    let mut bench = bench();
+    bench.command(Command::StopRemoteNode);
+    bench.still();
+    bench.still();
+    assert_eq!((bench.contact(), bench.uart.len()), (None, 0));
+    bench.command(Command::StartRemoteNode);
+    bench.still();
+    assert!(bench.contact().is_some() && !bench.uart.is_empty());
+    assert!(bench.uart.iter().all(|message| match message {
+        Message::Health(health) => health.state == State::Operational,
+        _ => true,
+    }));
+}
+
+#[test]
+fn a_new_threshold_is_used_and_kept_out_of_an_operational_foot() {
+    let mut bench = open();
+    bench.set(THRESHOLD, Value::F32(0.99));
+    bench.still();
+    assert_eq!(bench.answers(), [Answer::Done]);
+    assert_eq!(bench.foot.settings().params().decision.threshold, 0.99);
+}
+
+#[test]
+fn the_watchdog_is_fed_only_while_ticks_and_communication_get_on() {
+    let mut bench = bench();
+    let report_both = |bench: &Bench| {
+        bench.ports.progress.report(Worker::Can);
+        bench.ports.progress.report(Worker::Uart);
+    };
+    report_both(&bench);
+    assert!(bench.ports.progress.all_got_on());
+    report_both(&bench);
+    assert!(!bench.ports.progress.all_got_on(), "without a tick");
+    bench.still();
+    assert!(bench.ports.progress.all_got_on());
+    bench.still();
+    bench.ports.progress.report(Worker::Can);
+    assert!(!bench.ports.progress.all_got_on(), "without the UART");
+}

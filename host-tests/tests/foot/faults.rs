@@ -1,0 +1,387 @@
+//! Each fault of the sensor: the flag, how long it takes to come, and how the foot recovers.
+
+use crate::bench::{Bench, MS, ORDINARY, Run, SECOND, Sent, part, run, standing};
+use estimator_core::Decision;
+use lsm6dsox::sim::{Fault as SimFault, Part, PartOptions, SharedPart, Stimulus};
+use wire::{Emergency, Fault, Settings, Stage};
+
+/// Within which every fault of the sensor is flagged and P is 0, ns.
+const LIMIT: u64 = 5 * MS;
+
+/// When faults come, at the earliest: the foot stands and says "stable" by then.
+const BEGIN: u64 = 1500 * MS;
+
+/// How long a fault lasts.
+const DURATION: u64 = 150 * MS;
+
+#[derive(Clone, Copy)]
+struct Case {
+    name: &'static str,
+    fault: SimFault,
+    /// The emergencies that tell of it, the first one first.
+    told: &'static [Fault],
+    /// Within which no frame is valid any more, ns: one tick, but for what only shows in time.
+    doubted_within: u64,
+    edges_counted: bool,
+}
+
+const CASES: &[Case] = &[
+    case(
+        "data line stuck low",
+        SimFault::MisoStuckLow,
+        &[Fault::SensorWrongId],
+    ),
+    case(
+        "data line stuck high",
+        SimFault::MisoStuckHigh,
+        &[Fault::SensorWrongId],
+    ),
+    doubted_within(
+        4 * MS,
+        case(
+            "another identity",
+            SimFault::WrongId(0x6B),
+            &[Fault::SensorWrongId],
+        ),
+    ),
+    case(
+        "reset",
+        SimFault::Reset,
+        &[Fault::SensorSilent, Fault::SensorReset],
+    ),
+    case(
+        "data-ready lost",
+        SimFault::DataReadyLost,
+        &[Fault::SensorSilent],
+    ),
+    doubted_within(
+        3 * MS,
+        case(
+            "outputs frozen",
+            SimFault::FrozenOutput,
+            &[Fault::SensorFrozen],
+        ),
+    ),
+    counted(case(
+        "clock at a tenth",
+        SimFault::ClockRatio(0.1),
+        &[Fault::SensorTiming],
+    )),
+    counted(case(
+        "data-ready storm",
+        SimFault::DataReadyStorm { period_ns: 15_000 },
+        &[Fault::SensorTiming],
+    )),
+];
+
+const fn case(name: &'static str, fault: SimFault, told: &'static [Fault]) -> Case {
+    Case {
+        name,
+        fault,
+        told,
+        doubted_within: MS + 300_000,
+        edges_counted: false,
+    }
+}
+
+const fn doubted_within(ns: u64, case: Case) -> Case {
+    Case {
+        doubted_within: ns,
+        ..case
+    }
+}
+
+/// On a board that counts edges; another one notices only that samples are stale.
+const fn counted(case: Case) -> Case {
+    Case {
+        edges_counted: true,
+        ..case
+    }
+}
+
+/// What was seen of one fault.
+#[derive(Default)]
+struct Seen {
+    /// From the fault to the first frame that is not valid.
+    doubted: Option<u64>,
+    /// From the fault to the first frame with P = 0 and the fault flag.
+    flagged: Option<u64>,
+    /// From the fault to the last frame that said "stable" before the recovery.
+    last_stable: Option<u64>,
+    /// From the end of the fault to the first valid frame.
+    recovered: Option<u64>,
+    /// From the end of the fault to the first frame that says "stable" again.
+    stable_again: Option<u64>,
+    told: Vec<Fault>,
+    restarts: u32,
+}
+
+/// Injects a fault at `begin` and clears it later, and watches every frame.
+fn watch(fault: SimFault, begin: u64, edges_counted: bool) -> Seen {
+    let part = standing();
+    let end = begin + DURATION;
+    let inject = |part: &SharedPart| part.inject(fault);
+    let clear = |part: &SharedPart| part.with(Part::clear_faults);
+    let options = Run {
+        count_edges: edges_counted,
+        deeds: &[(begin, &inject), (end, &clear)],
+        ..Run::default()
+    };
+    let mut bench = Bench::new(Settings::default());
+    let mut seen = Seen::default();
+    let mut said_stable = false;
+    run(
+        options,
+        &part,
+        &mut bench,
+        end + 2 * SECOND,
+        |bench, _, measurement| {
+            seen.restarts = measurement.restarts;
+            let Some(contact) = bench.contact() else {
+                panic!("no contact frame at {} ns", part.now_ns());
+            };
+            let sent = Sent {
+                ns: part.now_ns(),
+                contact,
+            };
+            let told = bench.can.iter().filter(|frame| frame.id() == 0x91);
+            for emergency in told.map(|frame| Emergency::decode(frame.data8().expect("EMCY"))) {
+                if emergency.code != 0 {
+                    seen.told.extend(emergency.fault);
+                }
+            }
+            note(&mut seen, &mut said_stable, sent, begin, end);
+        },
+    );
+    assert!(said_stable, "the foot never said stable before the fault");
+    seen
+}
+
+fn note(seen: &mut Seen, said_stable: &mut bool, Sent { ns, contact }: Sent, begin: u64, end: u64) {
+    let status = contact.status;
+    let stable = status.decision() == Decision::Stable;
+    if ns < begin {
+        *said_stable |= stable;
+        return;
+    }
+    let since = ns - begin;
+    let flagged = status.has_fault() && contact.stable.0 == 0;
+    if !status.is_valid() {
+        seen.doubted.get_or_insert(since);
+    }
+    if flagged {
+        seen.flagged.get_or_insert(since);
+    }
+    if ns < end {
+        if stable {
+            seen.last_stable = Some(since);
+        }
+    } else if status.is_valid() {
+        seen.recovered.get_or_insert(ns - end);
+        if stable {
+            seen.stable_again.get_or_insert(ns - end);
+        }
+    }
+}
+
+fn milliseconds(ns: Option<u64>) -> String {
+    ns.map_or("never".to_owned(), |ns| {
+        format!("{:.2} ms", ns as f64 / 1.0e6)
+    })
+}
+
+#[test]
+fn every_fault_of_the_sensor_is_flagged_within_5_ms_and_recovered_from() {
+    println!(
+        "| fault | emergency | not valid after | flagged, P = 0 after | last \"stable\" after | recovered in |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for case in CASES {
+        let mut worst = Seen::default();
+        // Whatever part of four ticks and of the sensor's period it falls on.
+        for phase in 0..40 {
+            let begin = BEGIN + phase * 113_313;
+            let seen = watch(case.fault, begin, case.edges_counted);
+            let at = format!("{} at {begin} ns", case.name);
+            assert!(
+                seen.doubted.is_some_and(|ns| ns <= case.doubted_within),
+                "{at}: doubted after {:?}",
+                seen.doubted
+            );
+            assert!(
+                seen.flagged.is_some_and(|ns| ns <= LIMIT),
+                "{at}: flagged after {:?}",
+                seen.flagged
+            );
+            assert!(
+                seen.last_stable.unwrap_or(0) < LIMIT,
+                "{at}: stable after {:?}",
+                seen.last_stable
+            );
+            assert!(seen.recovered.is_some(), "{at}: not recovered");
+            assert!(seen.stable_again.is_some(), "{at}: never stable again");
+            assert!(
+                seen.told.starts_with(case.told),
+                "{at}: told of {:?}",
+                seen.told
+            );
+            assert!(seen.restarts > 0, "{at}");
+            worst.doubted = worst.doubted.max(seen.doubted);
+            worst.flagged = worst.flagged.max(seen.flagged);
+            worst.last_stable = worst.last_stable.max(seen.last_stable);
+            worst.recovered = worst.recovered.max(seen.recovered);
+        }
+        println!(
+            "| {} | {} | {} | {} | {} | {} |",
+            case.name,
+            case.told
+                .iter()
+                .map(|f| format!("{:#06X}", f.code()))
+                .collect::<Vec<_>>()
+                .join(", "),
+            milliseconds(worst.doubted),
+            milliseconds(worst.flagged),
+            milliseconds(worst.last_stable),
+            milliseconds(worst.recovered),
+        );
+    }
+}
+
+#[test]
+fn what_every_sensor_does_now_and_then_is_no_fault() {
+    let harmless: [(&str, SimFault, bool); 3] = [
+        ("a clock 3 % slow", SimFault::ClockRatio(0.97), true),
+        ("a clock 5 % fast", SimFault::ClockRatio(1.05), true),
+        (
+            "one bit in a million",
+            SimFault::BitFlips { per_million: 1 },
+            false,
+        ),
+    ];
+    for (name, fault, edges_counted) in harmless {
+        let seen = watch(fault, BEGIN, edges_counted);
+        assert_eq!((seen.told, seen.restarts), (vec![], 0), "{name}");
+    }
+}
+
+#[test]
+fn a_sensor_driven_beyond_its_range_is_not_believed_from_the_first_sample_on() {
+    for phase in 0..10 {
+        let seen = watch(SimFault::Saturation, BEGIN + phase * 113_313, false);
+        assert!(
+            seen.doubted.is_some_and(|ns| ns <= 2 * MS),
+            "{:?}",
+            seen.doubted
+        );
+        assert!(
+            seen.last_stable.unwrap_or(0) <= 2 * MS,
+            "{:?}",
+            seen.last_stable
+        );
+        // An impact takes milliseconds; what takes fifty is a fault.
+        assert!(
+            seen.flagged
+                .is_some_and(|ns| (48 * MS..52 * MS).contains(&ns)),
+            "{:?}",
+            seen.flagged
+        );
+        assert_eq!(
+            (seen.told, seen.restarts),
+            (vec![Fault::SensorSaturated], 0)
+        );
+        assert!(seen.recovered.is_some() && seen.stable_again.is_some());
+    }
+}
+
+#[test]
+fn a_noisy_line_is_doubted_and_told_of_though_spi_has_no_checksum() {
+    let flips = SimFault::BitFlips {
+        per_million: 100_000,
+    };
+    for phase in 0..10 {
+        let seen = watch(flips, BEGIN + phase * 113_313, false);
+        assert!(
+            seen.flagged.is_some_and(|ns| ns <= 30 * MS),
+            "{:?}",
+            seen.flagged
+        );
+        assert!(
+            seen.last_stable.unwrap_or(0) <= LIMIT,
+            "{:?}",
+            seen.last_stable
+        );
+        assert!(seen.recovered.is_some());
+    }
+}
+
+#[test]
+fn a_foot_without_a_sensor_says_so_and_nothing_else() {
+    let part = standing();
+    part.inject(SimFault::MisoStuckHigh);
+    let mut bench = Bench::new(Settings::default());
+    let mut told = Vec::new();
+    let mut frames = 0_u32;
+    run(
+        Run::default(),
+        &part,
+        &mut bench,
+        3 * SECOND,
+        |bench, _, _| {
+            let contact = bench.contact().expect("a contact frame each tick");
+            frames += 1;
+            assert_eq!(contact.sequence, (frames - 1) as u8);
+            assert!(!contact.status.is_valid() && contact.stable.0 == 0);
+            assert_eq!(contact.status.decision(), Decision::NotStable);
+            let emergencies = bench.can.iter().filter(|frame| frame.id() == 0x91);
+            told.extend(emergencies.map(|f| Emergency::decode(f.data8().expect("EMCY"))));
+        },
+    );
+    assert!(frames >= 2998, "{frames}");
+    let told: Vec<_> = told.iter().map(|e| (e.code, e.detail)).collect();
+    assert_eq!(told, [(Fault::SensorWrongId.code(), 0xFF)]);
+}
+
+#[test]
+fn the_self_test_runs_at_the_start_and_a_failed_axis_voids_every_estimate() {
+    for (signal, failed) in [(4.9, 0), (0.1, 0b111)] {
+        let options = PartOptions {
+            accel_test_signal: [signal; 3],
+            ..ORDINARY
+        };
+        let part = part(|_: f64| Stimulus::REST, options);
+        let mut bench = Bench::new(Settings::default());
+        let mut stages = Vec::new();
+        let mut detail = 0;
+        let mut frames = 0;
+        let options = Run {
+            self_test: true,
+            ..Run::default()
+        };
+        run(options, &part, &mut bench, 4 * SECOND, |bench, _, _| {
+            if stages.last() != Some(&bench.foot.stage()) {
+                stages.push(bench.foot.stage());
+            }
+            frames += u32::from(bench.contact().is_some());
+            let emergencies = bench.can.iter().filter(|frame| frame.id() == 0x91);
+            for frame in emergencies {
+                detail = Emergency::decode(frame.data8().expect("EMCY")).detail;
+            }
+        });
+        assert_eq!(
+            stages,
+            [
+                Stage::Starting,
+                Stage::SelfTest,
+                Stage::HoldStill,
+                Stage::Running
+            ]
+        );
+        assert!(
+            frames >= 3998,
+            "{frames} frames: the self-test held up the ticks"
+        );
+        assert_eq!(detail, failed);
+        let status = bench.contact().expect("a frame").status;
+        assert_eq!(status.is_valid(), failed == 0);
+    }
+}

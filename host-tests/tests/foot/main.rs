@@ -1,0 +1,12 @@
+//! The program of the foot, whole, on the simulated sensor in virtual time: what comes out of CAN
+//! and UART, and what does not.
+//!
+//! These scenarios stand here and not in the firmware's own package, because cargo builds a
+//! package's binaries for its integration tests, and the firmware's are for its chip only.
+
+mod bench;
+mod calibration;
+mod communication;
+mod faults;
+mod hour;
+mod storage;

@@ -1,0 +1,139 @@
+//! No sample has a scale that the part may not have: whichever step of a change fails.
+
+mod common;
+
+use std::cell::Cell;
+
+use common::{QUIET, part};
+use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use lsm6dsox::sim::{SharedPart, SimSpi};
+use lsm6dsox::{AccelFullScale, Config, Error, Lsm6dsox, Params};
+
+const PRESET: Config = Config::FRESH_KILOHERTZ;
+
+/// The preset at ±4 g.
+fn other() -> Config {
+    let mut params = Params::FRESH_KILOHERTZ;
+    params.accel.full_scale = AccelFullScale::G4;
+    params.validate().expect("the part has it")
+}
+
+/// The transfer that failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Failed;
+
+impl embedded_hal::spi::Error for Failed {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::Other
+    }
+}
+
+/// A bus on which one transfer fails.
+struct FailsOnce<'a> {
+    spi: SimSpi,
+    /// How many succeed before it.
+    before: &'a Cell<Option<u32>>,
+    transfers: &'a Cell<u32>,
+}
+
+impl ErrorType for FailsOnce<'_> {
+    type Error = Failed;
+}
+
+impl SpiDevice for FailsOnce<'_> {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Failed> {
+        self.transfers.set(self.transfers.get() + 1);
+        match self.before.get() {
+            Some(0) => {
+                self.before.set(None);
+                return Err(Failed);
+            }
+            left => self.before.set(left.map(|left| left - 1)),
+        }
+        self.spi
+            .transaction(operations)
+            .map_err(|never| match never {})
+    }
+}
+
+type Driver<'a> = Lsm6dsox<FailsOnce<'a>>;
+
+/// Runs a change once undisturbed, and then once with each of its transfers failing; `after` is
+/// the configuration that the next init writes.
+fn each_failing_step(
+    after: Config,
+    change: impl Fn(&mut Driver<'_>, &SharedPart) -> Result<(), Error<Failed>>,
+) {
+    let run = |fails: Option<u32>| {
+        let part = part(QUIET);
+        let (before, transfers) = (Cell::new(None), Cell::new(0));
+        let bus = FailsOnce {
+            spi: part.spi(),
+            before: &before,
+            transfers: &transfers,
+        };
+        let mut sensor = Lsm6dsox::new(bus, PRESET);
+        let mut buffer = [[0; 7]; 8];
+        assert_eq!(sensor.sample(), Err(Error::Unconfigured), "not brought up");
+        sensor.init(&mut part.delay()).expect("nothing fails yet");
+        assert!(sensor.sample().is_ok() && sensor.read_fifo(&mut buffer).is_ok());
+        before.set(fails);
+        transfers.set(0);
+        let result = change(&mut sensor, &part);
+        let Some(step) = fails else {
+            assert_eq!(result, Ok(()));
+            return transfers.get();
+        };
+        assert_eq!(result, Err(Error::Bus(Failed)), "step {step}");
+        assert_eq!(sensor.sample(), Err(Error::Unconfigured), "step {step}");
+        let words = sensor.read_fifo(&mut buffer).map(|_| ());
+        assert_eq!(words, Err(Error::Unconfigured), "step {step}");
+        sensor
+            .init(&mut part.delay())
+            .expect("nothing fails any more");
+        assert_eq!(*sensor.config(), after);
+        let scale = sensor.sample().expect("it is up").specific_force.full_scale;
+        assert_eq!(scale, after.params().accel.full_scale, "step {step}");
+        0
+    };
+    for step in 0..run(None) {
+        run(Some(step));
+    }
+}
+
+#[test]
+fn a_bring_up_that_fails_at_any_step() {
+    each_failing_step(PRESET, |sensor, part| sensor.init(&mut part.delay()));
+}
+
+#[test]
+fn a_reconfiguration_that_fails_at_any_step() {
+    each_failing_step(other(), |sensor, part| {
+        sensor.reconfigure(other(), &mut part.delay())
+    });
+}
+
+#[test]
+fn a_self_test_that_fails_at_any_step() {
+    each_failing_step(PRESET, |sensor, part| {
+        sensor.self_test(&mut part.delay()).map(|_| ())
+    });
+}
+
+#[test]
+fn a_check_that_fails_at_any_step() {
+    each_failing_step(PRESET, |sensor, _| sensor.verify());
+}
+
+#[test]
+fn a_power_down_that_fails_at_any_step() {
+    each_failing_step(PRESET, |sensor, _| sensor.power_down());
+}
+
+#[test]
+fn a_part_that_is_switched_off_has_no_samples() {
+    let part = part(QUIET);
+    let mut sensor = common::sensor(&part, PRESET);
+    sensor.power_down().expect("the part is sound");
+    assert_eq!(sensor.sample(), Err(Error::Unconfigured));
+}

@@ -1,0 +1,329 @@
+//! 0x1000 to 0x1FFF: what CiA 301 wants and allows.
+
+use super::{
+    Access, Entry, Limits, Object, PDO_NO_REMOTE, PRODUCT_CODE, REVISION, Role, Shape, Text,
+    VENDOR_ID, index,
+};
+use crate::foot::cob_id;
+use crate::pdo::{self, Pdo};
+use crate::value::Value;
+
+const fn tpdo(pdo: Pdo) -> [Entry; 3] {
+    [
+        Entry::new(
+            1,
+            "COB-ID",
+            Role::PdoCobId,
+            Access::Rw,
+            Value::U32(PDO_NO_REMOTE | pdo.base() as u32),
+        )
+        .doc("bit 31 set: not sent; the identifier itself cannot be changed"),
+        Entry::setting(2, "Transmission type", Value::U8(254))
+            .limits(Limits::RangeWithout(&[
+                Value::U8(1),
+                Value::U8(255),
+                Value::U8(241),
+                Value::U8(253),
+            ]))
+            .doc("1 to 240: with every n-th SYNC; 254 and 255: by the event timer"),
+        Entry::setting(5, "Event timer", Value::U16(pdo.default_period_ms()))
+            .range(Value::U16(0), Value::U16(10_000))
+            .unit("ms")
+            .doc("one frame in so many ticks; 0: not sent by the timer"),
+    ]
+}
+
+#[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
+const fn mapping<const N: usize>(pdo: Pdo) -> [Entry; N] {
+    const NAMES: [&str; 8] = [
+        "Mapped object 1",
+        "Mapped object 2",
+        "Mapped object 3",
+        "Mapped object 4",
+        "Mapped object 5",
+        "Mapped object 6",
+        "Mapped object 7",
+        "Mapped object 8",
+    ];
+    assert!(pdo.mapping().len() == N);
+    let mut entries = [Entry::constant(1, NAMES[0], Value::U32(0)); N];
+    let mut i = 0;
+    while i < N {
+        let mapped = Value::U32(pdo.mapping()[i].to_u32());
+        entries[i] = Entry::constant(i as u8 + 1, NAMES[i], mapped);
+        i += 1;
+    }
+    entries
+}
+
+const fn error(sub: u8, name: &'static str) -> Entry {
+    Entry::live(sub, name, Value::U32(0))
+        .doc("emergency code in the lower 16 bits, number of the fault above; newest first")
+}
+
+pub(super) const OBJECTS: &[Object] = &[
+    Object {
+        index: index::DEVICE_TYPE,
+        name: Text::new("Device type"),
+        shape: Shape::Var,
+        doc: Text::new("0: no device profile"),
+        entries: &[Entry::constant(0, "Device type", Value::U32(0))],
+    },
+    Object {
+        index: index::ERROR_REGISTER,
+        name: Text::new("Error register"),
+        shape: Shape::Var,
+        doc: Text::new("bit 0 any error, bit 4 communication, bit 7 everything else"),
+        entries: &[Entry::process(0, "Error register", Value::U8(0))],
+    },
+    Object {
+        index: index::ERROR_HISTORY,
+        name: Text::new("Pre-defined error field"),
+        shape: Shape::Array,
+        doc: Text::new("the last emergencies"),
+        entries: &[
+            Entry::command(0, "Number of errors", Access::Rw, Value::U8(0))
+                .doc("writing 0 forgets them, nothing else can be written"),
+            error(1, "Standard error field 1"),
+            error(2, "Standard error field 2"),
+            error(3, "Standard error field 3"),
+            error(4, "Standard error field 4"),
+            error(5, "Standard error field 5"),
+            error(6, "Standard error field 6"),
+            error(7, "Standard error field 7"),
+            error(8, "Standard error field 8"),
+        ],
+    },
+    Object {
+        index: index::SYNC_COB_ID,
+        name: Text::new("COB-ID SYNC message"),
+        shape: Shape::Var,
+        doc: Text::new("listened to, never sent"),
+        entries: &[Entry::constant(0, "COB-ID SYNC message", Value::U32(cob_id::SYNC as u32))],
+    },
+    Object {
+        index: index::DEVICE_NAME,
+        name: Text::new("Manufacturer device name"),
+        shape: Shape::Var,
+        doc: Text::new(""),
+        entries: &[Entry::constant(
+            0,
+            "Manufacturer device name",
+            Value::Text(&"footfall"),
+        )],
+    },
+    Object {
+        index: index::HARDWARE_VERSION,
+        name: Text::new("Manufacturer hardware version"),
+        shape: Shape::Var,
+        doc: Text::new(""),
+        entries: &[Entry::constant(
+            0,
+            "Manufacturer hardware version",
+            Value::Text(&"STM32F405RG + LSM6DSOX"),
+        )],
+    },
+    Object {
+        index: index::SOFTWARE_VERSION,
+        name: Text::new("Manufacturer software version"),
+        shape: Shape::Var,
+        doc: Text::new(""),
+        entries: &[Entry::constant(
+            0,
+            "Manufacturer software version",
+            Value::Text(&env!("CARGO_PKG_VERSION")),
+        )],
+    },
+    Object {
+        index: index::STORE,
+        name: Text::new("Store parameters"),
+        shape: Shape::Array,
+        doc: Text::new("stores all settings"),
+        entries: &[
+            Entry::command(1, "Save all parameters", Access::Rw, Value::U32(1))
+                .doc("write \"save\" (0x65766173); reads 1: saved on command"),
+        ],
+    },
+    Object {
+        index: index::RESTORE,
+        name: Text::new("Restore default parameters"),
+        shape: Shape::Array,
+        doc: Text::new("forgets what was stored; defaults apply from the next reset"),
+        entries: &[
+            Entry::command(1, "Restore all default parameters", Access::Rw, Value::U32(1))
+                .doc("write \"load\" (0x64616F6C); reads 1: can be restored"),
+        ],
+    },
+    Object {
+        index: index::TIME_COB_ID,
+        name: Text::new("COB-ID time stamp object"),
+        shape: Shape::Var,
+        doc: Text::new("listened to, never sent"),
+        entries: &[Entry::constant(
+            0,
+            "COB-ID time stamp object",
+            Value::U32(1 << 31 | cob_id::TIME as u32),
+        )],
+    },
+    Object {
+        index: index::EMCY_COB_ID,
+        name: Text::new("COB-ID EMCY"),
+        shape: Shape::Var,
+        doc: Text::new(""),
+        entries: &[Entry::cob_id(0, "COB-ID EMCY", cob_id::EMERGENCY as u32)],
+    },
+    Object {
+        index: index::HEARTBEAT,
+        name: Text::new("Producer heartbeat time"),
+        shape: Shape::Var,
+        doc: Text::new("0: no heartbeat"),
+        entries: &[
+            Entry::setting(0, "Producer heartbeat time", Value::U16(500)).unit("ms"),
+        ],
+    },
+    Object {
+        index: index::IDENTITY,
+        name: Text::new("Identity object"),
+        shape: Shape::Record,
+        doc: Text::new("also the LSS address"),
+        entries: &[
+            Entry::constant(1, "Vendor-ID", Value::U32(VENDOR_ID)).doc("0: none assigned"),
+            Entry::constant(2, "Product code", Value::U32(PRODUCT_CODE)).doc("\"foot\""),
+            Entry::constant(3, "Revision number", Value::U32(REVISION))
+                .doc("of this dictionary, major and minor"),
+            Entry::live(4, "Serial number", Value::U32(0)).doc("of the microcontroller"),
+        ],
+    },
+    Object {
+        index: index::SDO_SERVER,
+        name: Text::new("SDO server parameter"),
+        shape: Shape::Record,
+        doc: Text::new(""),
+        entries: &[
+            Entry::cob_id(1, "COB-ID client to server", cob_id::SDO_REQUEST as u32),
+            Entry::cob_id(2, "COB-ID server to client", cob_id::SDO_RESPONSE as u32),
+        ],
+    },
+    Object {
+        index: index::RPDO,
+        name: Text::new("RPDO1 communication parameter"),
+        shape: Shape::Record,
+        doc: Text::new("the load, from a robot that knows it"),
+        entries: &[
+            Entry::cob_id(1, "COB-ID", pdo::Load::BASE as u32),
+            Entry::constant(2, "Transmission type", Value::U8(255)),
+            Entry::setting(5, "Event timer", Value::U16(100))
+                .unit("ms")
+                .doc("how long a load is believed; after it emergency 0x8250 where the load source is CAN; 0: for ever"),
+        ],
+    },
+    Object {
+        index: index::RPDO_MAPPING,
+        name: Text::new("RPDO1 mapping parameter"),
+        shape: Shape::Record,
+        doc: Text::new(""),
+        entries: &[Entry::constant(
+            1,
+            "Mapped object 1",
+            Value::U32((index::LOAD as u32) << 16 | 32),
+        )],
+    },
+    Object {
+        index: index::TPDO,
+        name: Text::new("TPDO1 communication parameter"),
+        shape: Shape::Record,
+        doc: Text::new("contact"),
+        entries: &tpdo(Pdo::Contact),
+    },
+    Object {
+        index: index::TPDO + 1,
+        name: Text::new("TPDO2 communication parameter"),
+        shape: Shape::Record,
+        doc: Text::new("axes"),
+        entries: &tpdo(Pdo::Axes),
+    },
+    Object {
+        index: index::TPDO + 2,
+        name: Text::new("TPDO3 communication parameter"),
+        shape: Shape::Record,
+        doc: Text::new("attitude"),
+        entries: &tpdo(Pdo::Attitude),
+    },
+    Object {
+        index: index::TPDO + 3,
+        name: Text::new("TPDO4 communication parameter"),
+        shape: Shape::Record,
+        doc: Text::new("acceleration"),
+        entries: &tpdo(Pdo::Acceleration),
+    },
+    Object {
+        index: index::TPDO + 4,
+        name: Text::new("TPDO5 communication parameter"),
+        shape: Shape::Record,
+        doc: Text::new("rate"),
+        entries: &tpdo(Pdo::Rate),
+    },
+    Object {
+        index: index::TPDO + 5,
+        name: Text::new("TPDO6 communication parameter"),
+        shape: Shape::Record,
+        doc: Text::new("bias and temperature"),
+        entries: &tpdo(Pdo::Bias),
+    },
+    Object {
+        index: index::TPDO + 6,
+        name: Text::new("TPDO7 communication parameter"),
+        shape: Shape::Record,
+        doc: Text::new("health"),
+        entries: &tpdo(Pdo::Health),
+    },
+    Object {
+        index: index::TPDO_MAPPING,
+        name: Text::new("TPDO1 mapping parameter"),
+        shape: Shape::Record,
+        doc: Text::new("contact"),
+        entries: &mapping::<6>(Pdo::Contact),
+    },
+    Object {
+        index: index::TPDO_MAPPING + 1,
+        name: Text::new("TPDO2 mapping parameter"),
+        shape: Shape::Record,
+        doc: Text::new("axes"),
+        entries: &mapping::<7>(Pdo::Axes),
+    },
+    Object {
+        index: index::TPDO_MAPPING + 2,
+        name: Text::new("TPDO3 mapping parameter"),
+        shape: Shape::Record,
+        doc: Text::new("attitude"),
+        entries: &mapping::<4>(Pdo::Attitude),
+    },
+    Object {
+        index: index::TPDO_MAPPING + 3,
+        name: Text::new("TPDO4 mapping parameter"),
+        shape: Shape::Record,
+        doc: Text::new("acceleration"),
+        entries: &mapping::<4>(Pdo::Acceleration),
+    },
+    Object {
+        index: index::TPDO_MAPPING + 4,
+        name: Text::new("TPDO5 mapping parameter"),
+        shape: Shape::Record,
+        doc: Text::new("rate"),
+        entries: &mapping::<4>(Pdo::Rate),
+    },
+    Object {
+        index: index::TPDO_MAPPING + 5,
+        name: Text::new("TPDO6 mapping parameter"),
+        shape: Shape::Record,
+        doc: Text::new("bias and temperature"),
+        entries: &mapping::<4>(Pdo::Bias),
+    },
+    Object {
+        index: index::TPDO_MAPPING + 6,
+        name: Text::new("TPDO7 mapping parameter"),
+        shape: Shape::Record,
+        doc: Text::new("health"),
+        entries: &mapping::<5>(Pdo::Health),
+    },
+];

@@ -1,0 +1,202 @@
+//! From 0x2100 on: what the foot measures, what it knows, and what it can be told to do.
+
+use super::{Access, Entry, Object, Role, Shape, Text, index};
+use crate::counter::Counter;
+use crate::value::Value;
+
+const fn axes_of<const N: usize>(names: [&'static str; N], unit: &'static str) -> [Entry; N] {
+    let mut entries = [Entry::process(0, "", Value::I16(0)).unit(unit); N];
+    let mut i = 0;
+    while i < N {
+        #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
+        {
+            entries[i].subindex = i as u8 + 1;
+            entries[i].name = Text::new(names[i]);
+        }
+        i += 1;
+    }
+    entries
+}
+
+const XYZ: [&str; 3] = ["x", "y", "z"];
+
+const fn probability_of(sub: u8, name: &'static str) -> Entry {
+    Entry::process(sub, name, Value::U8(0)).unit("1/255")
+}
+
+#[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
+const fn counters() -> [Entry; Counter::ALL.len()] {
+    let mut entries = [Entry::live(0, "", Value::U32(0)); Counter::ALL.len()];
+    let mut i = 0;
+    while i < Counter::ALL.len() {
+        entries[i].subindex = i as u8 + 1;
+        entries[i].name = Text::new(Counter::ALL[i].name());
+        i += 1;
+    }
+    entries
+}
+
+const fn proposed(sub: u8, name: &'static str, unit: &'static str) -> Entry {
+    Entry::live(sub, name, Value::F32(0.0)).unit(unit)
+}
+
+pub(super) const OBJECTS: &[Object] = &[
+    Object {
+        index: index::CONTACT,
+        name: Text::new("Contact"),
+        shape: Shape::Record,
+        doc: Text::new("TPDO1"),
+        entries: &[
+            Entry::process(1, "Stable contact probability", Value::U16(0)).unit("1/65535"),
+            probability_of(2, "Tangential probability"),
+            probability_of(3, "Vertical probability"),
+            Entry::process(4, "Timestamp", Value::U16(0))
+                .unit("10 µs")
+                .doc("of the sample; wraps every 655.36 ms"),
+            Entry::process(5, "Sequence", Value::U8(0)),
+            Entry::process(6, "Status", Value::U8(0)).doc("bits as in TPDO1"),
+        ],
+    },
+    Object {
+        index: index::AXES,
+        name: Text::new("Axis probabilities"),
+        shape: Shape::Array,
+        doc: Text::new("TPDO2"),
+        entries: &[
+            probability_of(1, "P(ax)"),
+            probability_of(2, "P(ay)"),
+            probability_of(3, "P(az)"),
+            probability_of(4, "P(wx)"),
+            probability_of(5, "P(wy)"),
+            probability_of(6, "P(wz)"),
+        ],
+    },
+    Object {
+        index: index::ATTITUDE,
+        name: Text::new("Attitude"),
+        shape: Shape::Array,
+        doc: Text::new("TPDO3: quaternion, sensor → world"),
+        entries: &axes_of(["w", "x", "y", "z"], "1/32767"),
+    },
+    Object {
+        index: index::ACCELERATION,
+        name: Text::new("Linear acceleration"),
+        shape: Shape::Array,
+        doc: Text::new("TPDO4: without gravity, sensor frame"),
+        entries: &axes_of(XYZ, "0.01 m/s²"),
+    },
+    Object {
+        index: index::RATE,
+        name: Text::new("Angular rate"),
+        shape: Shape::Array,
+        doc: Text::new("TPDO5: without bias, sensor frame"),
+        entries: &axes_of(XYZ, "0.00125 rad/s"),
+    },
+    Object {
+        index: index::BIAS,
+        name: Text::new("Gyroscope bias"),
+        shape: Shape::Array,
+        doc: Text::new("TPDO6: sensor frame"),
+        entries: &axes_of(XYZ, "0.00001 rad/s"),
+    },
+    Object {
+        index: index::TEMPERATURE,
+        name: Text::new("Sensor temperature"),
+        shape: Shape::Var,
+        doc: Text::new("TPDO6"),
+        entries: &[Entry::process(0, "Sensor temperature", Value::I16(0)).unit("0.01 °C")],
+    },
+    Object {
+        index: index::HEALTH,
+        name: Text::new("Health"),
+        shape: Shape::Record,
+        doc: Text::new("TPDO7"),
+        entries: &[
+            Entry::process(1, "Flags", Value::U8(0))
+                .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap"),
+            Entry::process(2, "Dropped frames", Value::U8(0)).doc("modulo 256; all of them in 0x2112"),
+            Entry::process(3, "Counter of the last SYNC", Value::U8(0))
+                .doc("0: it had none"),
+            Entry::process(4, "Time of the last SYNC", Value::U32(0))
+                .unit("10 µs")
+                .doc("on the foot's clock; the low 16 bits are a timestamp of 0x2100:4"),
+        ],
+    },
+    Object {
+        index: index::LOAD,
+        name: Text::new("Load"),
+        shape: Shape::Var,
+        doc: Text::new("RPDO1; used with load source 2; reads as not a number where none came within the event timer"),
+        entries: &[
+            Entry::new(0, "Load", Role::Input, Access::Rw, Value::F32(0.0))
+                .range(Value::F32(-1.0e9), Value::F32(1.0e9))
+                .unit("N"),
+        ],
+    },
+    Object {
+        index: index::TIME,
+        name: Text::new("Last time stamp"),
+        shape: Shape::Record,
+        doc: Text::new("the date of the last TIME message, and when it came on the foot's clock; all 0 before the first"),
+        entries: &[
+            Entry::live(1, "Days", Value::U16(0)).doc("since the first of January 1984"),
+            Entry::live(2, "Milliseconds", Value::U32(0))
+                .unit("ms")
+                .doc("since midnight"),
+            Entry::live(3, "Foot's clock", Value::U32(0))
+                .unit("10 µs")
+                .doc("the low 16 bits are a timestamp of 0x2100:4"),
+        ],
+    },
+    Object {
+        index: index::STAGE,
+        name: Text::new("Stage"),
+        shape: Shape::Var,
+        doc: Text::new("0 starting, 1 self-test, 2 hold the foot still, 3 running, 4 recovering"),
+        entries: &[Entry::live(0, "Stage", Value::U8(0))],
+    },
+    Object {
+        index: index::FAULTS,
+        name: Text::new("Active faults"),
+        shape: Shape::Var,
+        doc: Text::new("bit i: the fault of number i"),
+        entries: &[Entry::live(0, "Active faults", Value::U32(0))],
+    },
+    Object {
+        index: index::COUNTERS,
+        name: Text::new("Counters"),
+        shape: Shape::Array,
+        doc: Text::new("since power-up"),
+        entries: &counters(),
+    },
+    Object {
+        index: index::LAST_CRASH,
+        name: Text::new("Last crash"),
+        shape: Shape::Record,
+        doc: Text::new("what RAM remembers of it"),
+        entries: &[
+            Entry::live(1, "Reason", Value::U16(0))
+                .doc("its emergency code; 0: none"),
+            Entry::live(2, "Program counter", Value::U32(0)),
+        ],
+    },
+    Object {
+        index: index::CALIBRATION,
+        name: Text::new("Calibration"),
+        shape: Shape::Record,
+        doc: Text::new("half-widths from steps on good ground"),
+        entries: &[
+            Entry::command(1, "Command", Access::Wo, Value::U8(0))
+                .range(Value::U8(1), Value::U8(3))
+                .doc("1 collect, 2 accept the proposal (in pre-operational), 3 give up"),
+            Entry::live(2, "State", Value::U8(0))
+                .doc("0 idle, 1 collecting, 2 proposal ready, 3 failed"),
+            proposed(3, "Proposed half-width ax", "m/s²"),
+            proposed(4, "Proposed half-width ay", "m/s²"),
+            proposed(5, "Proposed half-width az", "m/s²"),
+            proposed(6, "Proposed half-width wx", "rad/s"),
+            proposed(7, "Proposed half-width wy", "rad/s"),
+            proposed(8, "Proposed half-width wz", "rad/s"),
+        ],
+    },
+];

@@ -1,0 +1,256 @@
+//! What the objects are made of, and the rules by which they are read and written.
+
+use canopen_rs::NmtState;
+use canopen_rs::time::TimeOfDay;
+use estimator_core::{PerAxis, Timestamp};
+
+use super::event::{Calibration, CalibrationState, Crash, Event};
+use crate::abort::AbortCode;
+use crate::counter::{Counter, Counters};
+use crate::dictionary::{
+    self, Access, Address, ERROR_HISTORY, Place, Role, SIGNATURE_RESTORE, SIGNATURE_STORE, index,
+};
+use crate::fault::Faults;
+use crate::foot::NodeId;
+use crate::pdo::{Load, LongTime, PDOS, Pdo};
+use crate::sdo::{Objects, Written};
+use crate::settings::Settings;
+use crate::stage::Stage;
+use crate::value::Value;
+
+/// What the objects are made of: everything of the node but its protocols.
+#[derive(Clone, Debug)]
+pub(super) struct Device {
+    pub(super) id: Option<NodeId>,
+    pub(super) serial: u32,
+    pub(super) settings: Settings,
+    pub(super) state: NmtState,
+    pub(super) faults: Faults,
+    pub(super) history: [u32; ERROR_HISTORY],
+    pub(super) payloads: [[u8; 8]; PDOS],
+    pub(super) stage: Stage,
+    pub(super) counters: Counters,
+    pub(super) crash: Option<Crash>,
+    pub(super) calibration: CalibrationState,
+    pub(super) load: Option<Load>,
+    /// Ticks since it came.
+    pub(super) load_age: u16,
+    pub(super) time: Option<(TimeOfDay, Timestamp)>,
+    pub(super) event: Option<Event>,
+    /// A store or a restore has not been answered yet: there is no other meanwhile.
+    pub(super) storing: bool,
+}
+
+impl Device {
+    fn id(&self) -> u32 {
+        self.id.map_or(0, |id| u32::from(id.get()))
+    }
+
+    /// What the PDO that maps `address` holds of it.
+    fn process(&self, address: Address) -> Option<u32> {
+        for (pdo, payload) in Pdo::ALL.into_iter().zip(self.payloads) {
+            let mut rest = u64::from_le_bytes(payload);
+            for mapped in pdo.mapping() {
+                if mapped.address == address {
+                    return Some(rest as u32);
+                }
+                rest >>= mapped.bits;
+            }
+        }
+        None
+    }
+
+    fn errors(&self) -> impl Iterator<Item = u32> {
+        self.history.into_iter().take_while(|error| *error != 0)
+    }
+
+    fn live(&self, address: Address) -> Option<u32> {
+        let part = usize::from(address.subindex).checked_sub(1);
+        Some(match address.index {
+            index::ERROR_HISTORY => part.and_then(|i| self.history.get(i).copied())?,
+            index::IDENTITY => self.serial,
+            index::STAGE => u32::from(self.stage.code()),
+            index::FAULTS => self.faults.bits(),
+            index::COUNTERS => {
+                (self.counters).get(part.and_then(|i| Counter::ALL.get(i).copied())?)
+            }
+            index::LAST_CRASH => match (self.crash, address.subindex) {
+                (Some(crash), 1) => u32::from(crash.fault.code()),
+                (Some(crash), _) => crash.program_counter,
+                (None, _) => 0,
+            },
+            index::TIME => match (self.time, address.subindex) {
+                (Some((time, _)), 1) => u32::from(time.days),
+                (Some((time, _)), 2) => time.milliseconds,
+                (Some((_, at)), _) => LongTime::from(at).0,
+                (None, _) => 0,
+            },
+            index::CALIBRATION => match (address.subindex, self.calibration) {
+                (2, CalibrationState::Idle) => 0,
+                (2, CalibrationState::Collecting) => 1,
+                (2, CalibrationState::Ready(_)) => 2,
+                (2, CalibrationState::Failed) => 3,
+                (sub, CalibrationState::Ready(proposal)) => {
+                    let axis = usize::from(sub).checked_sub(3)?;
+                    proposal.to_array().get(axis)?.to_bits()
+                }
+                _ => 0,
+            },
+            _ => return None,
+        })
+    }
+
+    pub(super) const fn take_load(&mut self, load: Load) {
+        self.load = Some(load);
+        self.load_age = 0;
+    }
+
+    /// Whether settings may be written: in pre-operational state, and while there is no node id to
+    /// become pre-operational with (over UART, then).
+    fn may_be_configured(&self) -> bool {
+        self.state == NmtState::PreOperational || self.id.is_none()
+    }
+
+    fn write_setting(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
+        if !self.may_be_configured() {
+            return Err(AbortCode::DeviceState);
+        }
+        if self.settings.is_locked() && address.index != index::LOCK {
+            return Err(AbortCode::Locked);
+        }
+        self.settings.set(address, value)?;
+        self.event = Some(Event::Changed(address));
+        Ok(())
+    }
+
+    fn run_command(&mut self, address: Address, value: Value) -> Result<Written, AbortCode> {
+        match (address.index, value) {
+            (index::ERROR_HISTORY, Value::U8(1..)) => Err(AbortCode::InvalidValue),
+            (index::ERROR_HISTORY, _) => {
+                self.history = [0; ERROR_HISTORY];
+                Ok(Written::Done)
+            }
+            (index::STORE, Value::U32(SIGNATURE_STORE))
+            | (index::RESTORE, Value::U32(SIGNATURE_RESTORE))
+                if self.storing =>
+            {
+                Err(AbortCode::Hardware)
+            }
+            (index::STORE, Value::U32(SIGNATURE_STORE)) => {
+                self.event = Some(Event::Store);
+                Ok(Written::Pending)
+            }
+            (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) if self.settings.is_locked() => {
+                Err(AbortCode::Locked)
+            }
+            (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) => {
+                self.event = Some(Event::Restore);
+                Ok(Written::Pending)
+            }
+            (index::STORE | index::RESTORE, _) => Err(AbortCode::CannotStore),
+            (index::CALIBRATION, Value::U8(command)) => {
+                let command = match command {
+                    1 => Calibration::Start,
+                    2 => Calibration::Accept,
+                    _ => Calibration::Cancel,
+                };
+                if command == Calibration::Accept {
+                    if !self.may_be_configured() {
+                        return Err(AbortCode::DeviceState);
+                    }
+                    if self.settings.is_locked() {
+                        return Err(AbortCode::Locked);
+                    }
+                    let CalibrationState::Ready(proposal) = self.calibration else {
+                        return Err(AbortCode::InvalidValue);
+                    };
+                    self.accept(proposal)?;
+                }
+                self.event = Some(Event::Calibration(command));
+                Ok(Written::Done)
+            }
+            _ => Err(AbortCode::ReadOnly),
+        }
+    }
+
+    /// Makes proposed half-widths the settings: all or none.
+    fn accept(&mut self, proposal: PerAxis<f32>) -> Result<(), AbortCode> {
+        let mut settings = self.settings.clone();
+        for (subindex, half_width) in (1..).zip(proposal.to_array()) {
+            let address = Address::new(index::HALF_WIDTH, subindex);
+            settings.set(address, Value::F32(half_width))?;
+        }
+        self.settings = settings;
+        Ok(())
+    }
+}
+
+impl Objects for Device {
+    fn read(&mut self, address: Address) -> Result<Value, AbortCode> {
+        let entry = match dictionary::find(address)? {
+            Place::Highest(highest) => return Ok(Value::U8(highest)),
+            Place::Entry(entry, _) if entry.access == Access::Wo => {
+                return Err(AbortCode::WriteOnly);
+            }
+            Place::Entry(entry, _) => entry,
+        };
+        let raw = match (entry.role, address.index) {
+            (_, index::ERROR_REGISTER) => u32::from(self.faults.register()),
+            (Role::Constant, _) => return Ok(entry.default),
+            (Role::Setting, _) => {
+                return self.settings.get(address).ok_or(AbortCode::NoObject);
+            }
+            (Role::CobId, _) => entry.default.to_raw().wrapping_add(self.id()),
+            (Role::PdoCobId, _) => self
+                .settings
+                .get(address)
+                .ok_or(AbortCode::NoObject)?
+                .to_raw()
+                .wrapping_add(self.id()),
+            (Role::Process, _) => self.process(address).ok_or(AbortCode::NoObject)?,
+            (Role::Input, _) => self.load.map_or(f32::NAN, |load| load.0).to_bits(),
+            (Role::Command, index::ERROR_HISTORY) => self.errors().count() as u32,
+            (Role::Command, _) => return Ok(entry.default),
+            (Role::Live, _) => self.live(address).ok_or(AbortCode::NoObject)?,
+        };
+        Value::from_raw(entry.data_type(), raw).ok_or(AbortCode::NoObject)
+    }
+
+    fn writable_size(&mut self, address: Address) -> Result<usize, AbortCode> {
+        match dictionary::find(address)? {
+            Place::Entry(entry, _) if matches!(entry.access, Access::Rw | Access::Wo) => {
+                entry.data_type().size().ok_or(AbortCode::ReadOnly)
+            }
+            Place::Entry(..) | Place::Highest(_) => Err(AbortCode::ReadOnly),
+        }
+    }
+
+    fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Written, AbortCode> {
+        let Place::Entry(entry, _) = dictionary::find(address)? else {
+            return Err(AbortCode::ReadOnly);
+        };
+        let value = Value::from_bytes(entry.data_type(), bytes).ok_or(AbortCode::Length)?;
+        match entry.role {
+            Role::Setting => self.write_setting(address, value)?,
+            Role::PdoCobId => {
+                let id = value.to_raw().wrapping_sub(self.id());
+                self.write_setting(address, Value::U32(id))?;
+            }
+            Role::Input => {
+                entry.limits.check(value)?;
+                if let Value::F32(load) = value {
+                    self.take_load(Load(load));
+                    self.event = Some(Event::Load(Load(load)));
+                }
+            }
+            Role::Command => {
+                entry.limits.check(value)?;
+                return self.run_command(address, value);
+            }
+            Role::Constant | Role::CobId | Role::Process | Role::Live => {
+                return Err(AbortCode::ReadOnly);
+            }
+        }
+        Ok(Written::Done)
+    }
+}

@@ -1,0 +1,41 @@
+//! A virtual environment under `target` with the packages of `requirements.txt`, for the tests of
+//! this crate and of host-tests.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const REQUIREMENTS: &str = include_str!("requirements.txt");
+
+/// Its interpreter. The environment is made where it is not there or not as wanted; what stands
+/// in the way is said in one line.
+pub fn make() -> Result<PathBuf, String> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
+    let interpreter = folder.join("bin/python");
+    let installed = folder.join("installed.txt");
+    if fs::read_to_string(&installed).is_ok_and(|installed| installed == REQUIREMENTS) {
+        return Ok(interpreter);
+    }
+    run(Command::new("python3")
+        .args(["-m", "venv", "--clear"])
+        .arg(&folder))?;
+    run(Command::new(&interpreter)
+        .args(["-m", "pip", "install", "--quiet"])
+        .arg("--disable-pip-version-check")
+        .args(REQUIREMENTS.lines()))?;
+    fs::write(&installed, REQUIREMENTS).map_err(|error| error.to_string())?;
+    Ok(interpreter)
+}
+
+fn run(command: &mut Command) -> Result<(), String> {
+    let output = command
+        .output()
+        .map_err(|error| format!("{command:?}: {error}"))?;
+    if output.status.success() {
+        Ok(())
+    } else {
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        let last = stderr.lines().last().unwrap_or_default();
+        Err(format!("{command:?} failed: {last}"))
+    }
+}
