@@ -183,8 +183,10 @@ async fn deliver(frame: &CanFrame, can: &mut board::can::Sender) {
             .is_err()
         {
             PORTS.progress.report(Worker::Can);
-            can.withdraw(&PROCESS_DATA);
-            if PROCESS_DATA.contains(&frame.id()) {
+            let given_up = PROCESS_DATA.contains(&frame.id());
+            let count = can.withdraw(&PROCESS_DATA) + u32::from(given_up);
+            PORTS.put(Input::CanWithdrawn(count)).await;
+            if given_up {
                 return;
             }
         }

@@ -263,6 +263,7 @@ impl Foot {
                 let lost = self.counters.get(Counter::UartOverruns);
                 self.raise_for_a_while(Fault::UartOverrun, lost, ports);
             }
+            Input::CanWithdrawn(count) => self.counters.add(Counter::CanDropped, *count),
             Input::CanLost(count) => {
                 self.can_lost = self.can_lost.wrapping_add(*count);
                 self.raise_for_a_while(Fault::CanOverrun, self.can_lost, ports);

@@ -24,6 +24,8 @@ pub enum Input {
     UartLost(u32),
     /// This many received CAN frames were lost.
     CanLost(u32),
+    /// This many CAN frames were given up because the bus took nothing.
+    CanWithdrawn(u32),
     /// What the CAN controller says of the bus.
     Bus(BusState),
     /// What came of [`Request::Store`] or [`Request::Restore`].

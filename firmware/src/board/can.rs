@@ -126,13 +126,16 @@ impl Sender {
             && self.0.try_write(&frame).is_ok()
     }
 
-    /// Gives up the frames with these identifiers that have not been sent yet.
-    pub fn withdraw(&mut self, ids: &Range<u16>) {
+    /// Gives up the frames with these identifiers that have not been sent yet, and tells how many.
+    pub fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
+        let mut withdrawn = 0;
         for mailbox in mailboxes() {
             if waiting_in(mailbox).is_some_and(|id| ids.contains(&id)) {
                 self.0.abort(mailbox);
+                withdrawn += 1;
             }
         }
+        withdrawn
     }
 
     /// Waits until [`try_send`](Self::try_send) may take `frame`.

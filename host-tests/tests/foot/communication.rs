@@ -249,6 +249,16 @@ fn nobody_listening_for_a_minute_costs_frames_and_no_tick() {
 }
 
 #[test]
+fn frames_that_the_board_gives_up_are_counted() {
+    let mut bench = bench();
+    let before = bench.foot.counters().get(Counter::CanDropped);
+    assert!(bench.ports.try_put(Input::CanWithdrawn(3)));
+    bench.still();
+    let dropped = bench.foot.counters().get(Counter::CanDropped) - before;
+    assert_eq!(dropped, 3);
+}
+
+#[test]
 fn bus_off_is_counted_and_told_after_the_recovery() {
     let mut bench = bench();
     for recovery in 1..=2 {
