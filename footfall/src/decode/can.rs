@@ -7,6 +7,7 @@ use estimator_core::Timestamp;
 use wire::pdo::{
     Acceleration, Attitude, Axes, Bias, Contact, Health, Load, P8, Rate, ShortTime, TIME_STEP_US,
 };
+use wire::sequence::missing_u8;
 use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 
 use super::report::{EmergencyReport, Format, Report};
@@ -315,7 +316,7 @@ impl Log {
             suspect: None,
             sequence: sequence.wrapping_sub(1),
         });
-        let missing = sequence.wrapping_sub(foot.sequence).wrapping_sub(1);
+        let missing = missing_u8(foot.sequence, sequence);
         let after_suspect = foot.suspect.take().and_then(|suspect| {
             match suspect.elapsed(short, at) {
                 // Two that agree with each other: it is the mark that is out of date.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use estimator_core::Timestamp;
 use wire::counter::Counter;
 use wire::pdo::{P16, TEMPERATURE_STEP};
+use wire::sequence::missing_u16;
 use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, Problem};
 use wire::{Fault, NodeId};
 
@@ -103,11 +104,8 @@ impl Stream {
             self.last = None;
         }
         if let Some(last) = self.last.replace(frame.sequence) {
-            let missing = frame.sequence.wrapping_sub(last).wrapping_sub(1);
-            // Not forwards: the foot has started anew, as its next contact says.
-            if missing < 1 << 15 {
-                self.report.count_missing(u64::from(missing));
-            }
+            let missing = missing_u16(last, frame.sequence);
+            self.report.count_missing(u64::from(missing));
         }
         match &frame.message {
             Message::Contact(contact) => self.contact(contact, frame.sequence),
