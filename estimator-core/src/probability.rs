@@ -1,9 +1,10 @@
-//! From motion to probability: six kernels, one window, and the paper's three products.
+//! From motion to probability: six kernels, one or two windows, and the paper's three products.
 
 use crate::axis::PerAxis;
 use crate::kernel::{Kernel, Mass};
 use crate::params::Config;
 use crate::sample::{AngularRate, LinearAcceleration};
+use crate::slide::Slide;
 use crate::window::{Filling, Window};
 
 /// How probable it is that the foot is in stable contact, and along which axes. Every value is
@@ -11,6 +12,9 @@ use crate::window::{Filling, Window};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Probabilities {
     /// Probability per axis that its true value lies within ±half-width (the paper's P(|m| < δ)).
+    /// Where there are several witnesses, the least favourable: the longer window, the shorter
+    /// one ([`Params::short_window`](crate::Params::short_window)), and along the ground the
+    /// speed picked up ([`Params::slide`](crate::Params::slide)).
     pub axes: PerAxis<f32>,
     /// No motion along the ground: P(ax)·P(ay)·P(ωz), the paper's conditions on `v_x`, `v_y` and `ω_z`.
     pub tangential: f32,
@@ -34,11 +38,16 @@ impl Probabilities {
 }
 
 /// The kernel density estimate of the paper, causal and in closed form: the window's masses and
-/// their mean.
+/// their mean, and what else may testify against an axis.
 #[derive(Clone, Debug)]
 pub struct DensityEstimator<const CAPACITY: usize> {
     kernels: PerAxis<Kernel>,
     window: Window<CAPACITY>,
+    slide: Option<Slide>,
+    /// Every axis at rest, according to the shortest window alone.
+    newest: f32,
+    /// What the last sample led to.
+    probabilities: Probabilities,
 }
 
 impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
@@ -47,7 +56,10 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
     pub fn new(config: &Config<CAPACITY>) -> Self {
         Self {
             kernels: config.kernels,
-            window: Window::new(config.window_length()),
+            window: Window::new(config.window_length()).with_newest(config.short_window_length()),
+            slide: config.slide.map(Slide::new),
+            newest: 0.0,
+            probabilities: Probabilities::default(),
         }
     }
 
@@ -63,26 +75,60 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         let motion = PerAxis::from_array([a.x, a.y, a.z, w.x, w.y, w.z]);
         self.window
             .push(self.kernels.zip_with(motion, |kernel, m| kernel.mass(m)));
-        self.probabilities()
+        if let Some(slide) = &mut self.slide {
+            slide.push(acceleration);
+        }
+        self.testify()
     }
 
-    /// Takes in a sample that cannot be believed: mass 0 on every axis.
+    /// Takes in a sample that cannot be believed: mass 0 on every axis. It adds nothing to the
+    /// speed.
     #[inline]
     pub fn push_doubt(&mut self) -> Probabilities {
         self.window.push(PerAxis::splat(Mass::ZERO));
-        self.probabilities()
+        self.testify()
     }
 
-    /// What the window says now. 0 where it is empty.
+    /// Hears what the windows and the speed say now.
+    #[inline]
+    fn testify(&mut self) -> Probabilities {
+        let whole = self.window.mean();
+        let (mut axes, newest) = match self.window.mean_of_newest() {
+            Some(newest) => (whole.zip_with(newest, lower), newest),
+            None => (whole, whole),
+        };
+        if let Some(slide) = &self.slide {
+            let (x, y) = slide.probabilities();
+            axes.ax = lower(axes.ax, x);
+            axes.ay = lower(axes.ay, y);
+        }
+        self.newest = Probabilities::from_axes(newest).stable;
+        self.probabilities = Probabilities::from_axes(axes);
+        self.probabilities
+    }
+
+    /// What the last sample led to; 0 where there is none.
     #[inline]
     #[must_use]
-    pub fn probabilities(&self) -> Probabilities {
-        Probabilities::from_axes(self.window.mean())
+    pub const fn probabilities(&self) -> Probabilities {
+        self.probabilities
     }
 
-    /// Forgets every sample.
+    /// Forgets every sample: the probabilities are 0 until the next.
     pub fn clear(&mut self) {
         self.window.clear();
+        if let Some(slide) = &mut self.slide {
+            slide.clear();
+        }
+        self.newest = 0.0;
+        self.probabilities = Probabilities::default();
+    }
+
+    /// Whether the shortest window finds it more probable than not that every axis is at rest.
+    #[inline]
+    #[must_use]
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.newest >= QUIET
     }
 
     /// Length of the window in samples.
@@ -96,4 +142,13 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
     pub const fn filling(&self) -> Filling {
         self.window.filling()
     }
+}
+
+/// More probable than not.
+const QUIET: f32 = 0.5;
+
+/// Neither is NaN.
+#[inline]
+fn lower(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
 }
