@@ -7,3 +7,4 @@ pub mod committed;
 pub mod datasets;
 pub mod oracle;
 pub mod requirements;
+pub mod slips;
