@@ -10,7 +10,8 @@
 //! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
 //! | results have somewhere to go | [`targets`] |
 //! | the estimator runs over it | [`replay`] |
-//! | how good that was | [`metrics`] |
+//! | how good that was | [`metrics`], [`reliability`] |
+//! | what P means, where labels tell | [`probability_map`] |
 //! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
 
@@ -26,8 +27,10 @@ pub mod metrics;
 mod number;
 pub mod output;
 pub mod plot;
+pub mod probability_map;
 mod progress;
 pub mod recording;
+pub mod reliability;
 pub mod replay;
 pub mod report;
 pub mod summary;
