@@ -50,6 +50,12 @@ pub enum OutputError {
         /// The second result, as it was named.
         file: String,
     },
+    /// Two pictures would go into one file.
+    #[error("{file} cannot be written: it is named for both pictures")]
+    SamePicture {
+        /// The second picture, as it was named.
+        file: String,
+    },
     /// There is a directory of that name.
     #[error("{file} cannot be written: it is a directory")]
     IsDirectory {

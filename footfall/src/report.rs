@@ -74,18 +74,36 @@ pub fn print<'a>(
     style: SummaryStyle,
     written: impl IntoIterator<Item = &'a PathBuf>,
 ) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
     match style {
-        SummaryStyle::Json => {
-            serde_json::to_writer_pretty(&mut stdout, summary)?;
-            writeln!(stdout)?;
-        }
+        SummaryStyle::Json => print_json(summary),
         SummaryStyle::Text => {
+            let mut stdout = io::stdout().lock();
             writeln!(stdout, "{summary}")?;
             for path in written {
                 writeln!(stdout, "written  {}", path.display())?;
             }
+            stdout.flush()
         }
     }
+}
+
+/// Prints one JSON object.
+///
+/// # Errors
+/// Stdout cannot be written.
+pub fn print_json(what: &impl Serialize) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    serde_json::to_writer_pretty(&mut stdout, what)?;
+    writeln!(stdout)?;
+    stdout.flush()
+}
+
+/// Prints a text that ends its last line.
+///
+/// # Errors
+/// Stdout cannot be written.
+pub fn print_text(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
     stdout.flush()
 }
