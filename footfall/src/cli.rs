@@ -13,7 +13,7 @@ use crate::config::{
 use crate::decode::{self, row::write_rows};
 use crate::demo;
 use crate::error::Error;
-use crate::evaluate::{Evaluation, default_datasets, table::Style};
+use crate::evaluate::{self, Evaluation, table::Style};
 use crate::input::{Format, Hints, Opened};
 use crate::output::write_file;
 use crate::replay::replay;
@@ -108,10 +108,9 @@ pub struct DecodeArguments {
 /// What `footfall evaluate` takes.
 #[derive(Debug, Args)]
 pub struct EvaluateArguments {
-    /// The folder with pce/ and lcd/ in it [default: that which FOOTFALL_DATASETS names, else
-    /// ../shared/datasets]
-    #[arg(long, value_name = "DIR")]
-    pub datasets: Option<PathBuf>,
+    /// The folder with pce/ and lcd/ in it
+    #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = evaluate::DATASETS)]
+    pub datasets: PathBuf,
     /// Print the tables in Markdown; the first is the README's
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
@@ -189,6 +188,7 @@ impl ReplayArguments {
         let outputs = Outputs {
             samples: None,
             estimates: self.output,
+            map: overrides.probability_map,
             plot: self.plot,
             others: Vec::new(),
             summary: if self.json {
@@ -236,8 +236,7 @@ impl DecodeArguments {
 impl EvaluateArguments {
     fn run(&self) -> Result<(), Error> {
         targets::check_pictures(self.histogram.as_deref(), self.reliability.as_deref())?;
-        let datasets = self.datasets.clone().unwrap_or_else(default_datasets);
-        let evaluation = Evaluation::run(&datasets)?;
+        let evaluation = Evaluation::run(&self.datasets)?;
         if let Some(path) = &self.histogram {
             write_file(path, |to| to.write_all(evaluation.histogram()?.as_bytes()))?;
         }

@@ -6,7 +6,9 @@
 use estimator_core::{ContactEstimate, Timestamp};
 use serde::Serialize;
 
+use crate::probability_map::ProbabilityMap;
 use crate::recording::{Label, RecordedSample};
+use crate::reliability::calibration_error;
 
 /// The probability above which the answer is "stable".
 pub const DECISION_THRESHOLD: f64 = 0.5;
@@ -74,6 +76,11 @@ pub struct Metrics {
     pub latency_on: Latency,
     /// From the label turning not stable until the answer is "not stable".
     pub latency_off: Latency,
+    /// See [`calibration_error`].
+    pub calibration_error: f64,
+    /// The map that would make this probability mean what these labels say. Of the recording it is
+    /// learnt from it says nothing new.
+    pub probability_map: Option<ProbabilityMap>,
 }
 
 impl Metrics {
@@ -89,6 +96,8 @@ impl Metrics {
             f1_at_0_5: f1(scored),
             latency_on: latency(scored, Label::Stable),
             latency_off: latency(scored, Label::NotStable),
+            calibration_error: calibration_error(scored)?,
+            probability_map: ProbabilityMap::learn(scored),
         })
     }
 }

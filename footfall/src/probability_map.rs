@@ -3,14 +3,18 @@
 //! P is the share of a window's density within half-widths. It ranks well, but nothing makes it
 //! come true as often as it says. Labels do: the map
 //!
+//! ```text
 //! logit q = slope · logit P + offset
+//! ```
 //!
 //! is fitted to them by logistic regression (J. Platt, *Probabilistic Outputs for Support Vector
 //! Machines*, 1999). It is monotone, so ranking and ROC-AUC stay what they are. Two numbers do not
 //! bend to one recording. It belongs to a robot and its labels, wherefore there is no default, and
 //! to hosts, as it takes logarithms: the foot sends P.
 
-use serde::Deserialize;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
 
 use crate::metrics::Scored;
 
@@ -19,7 +23,7 @@ use crate::metrics::Scored;
 pub const LEAST: f64 = 0.01;
 
 /// A monotone map of [0, 1] to (0, 1).
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(try_from = "Fields")]
 pub struct ProbabilityMap {
     slope: f64,
@@ -137,6 +141,14 @@ impl ProbabilityMap {
         };
         let size = self.slope.powi(2) + self.offset.powi(2);
         points.iter().map(of_label).sum::<f64>() - 0.5 * RIDGE * size
+    }
+}
+
+impl fmt::Display for ProbabilityMap {
+    /// As a configuration file calls it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { slope, offset } = self;
+        write!(f, "[probability_map] slope {slope:.3}, offset {offset:.3}")
     }
 }
 

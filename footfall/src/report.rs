@@ -8,8 +8,9 @@ use estimator_core::ContactEstimate;
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::output::{write_estimates, write_file, write_samples};
+use crate::output::{write_estimates, write_file, write_mapped_estimates, write_samples};
 use crate::plot;
+use crate::probability_map::ProbabilityMap;
 use crate::recording::Recording;
 use crate::summary::Summary;
 
@@ -24,12 +25,14 @@ pub enum SummaryStyle {
 }
 
 /// What a replay is to leave behind.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outputs {
     /// Where the table of samples with their estimates goes.
     pub samples: Option<PathBuf>,
     /// Where the table of estimates goes.
     pub estimates: Option<PathBuf>,
+    /// What the table of estimates has a column for, where it is known.
+    pub map: Option<ProbabilityMap>,
     /// Where the picture goes.
     pub plot: Option<PathBuf>,
     /// What has been written already and is to be named too.
@@ -53,7 +56,10 @@ pub fn hand_over(
         write_file(path, |to| write_samples(&recording.samples, estimates, to))?;
     }
     if let Some(path) = &outputs.estimates {
-        write_file(path, |to| write_estimates(estimates, start_us, to))?;
+        write_file(path, |to| match &outputs.map {
+            Some(map) => write_mapped_estimates(estimates, start_us, map, to),
+            None => write_estimates(estimates, start_us, to),
+        })?;
     }
     if let Some(path) = &outputs.plot {
         write_file(path, |to| {

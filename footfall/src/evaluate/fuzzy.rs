@@ -6,7 +6,9 @@
 //! clustering is that of J. C. Bezdek, *Pattern Recognition with Fuzzy Objective Function
 //! Algorithms*, 1981, with two clusters and fuzzifier 2:
 //!
+//! ```text
 //! u_ik = 1 / Σ_j (‖x_k − v_i‖ / ‖x_k − v_j‖)²,  v_i = Σ_k u_ik² x_k / Σ_k u_ik²
+//! ```
 //!
 //! The original gives a probability per degree of freedom; what is compared here is one, that of
 //! stable contact. So one clustering sees all sensors, each by the length of its vector: force,

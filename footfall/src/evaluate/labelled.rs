@@ -8,7 +8,7 @@
 use std::path::Path;
 
 use super::window::Motion;
-use crate::input::InputError;
+use crate::error::Error;
 use crate::input::pce::{ATLAS_SAMPLE_RATE, LabelScheme, Wrench, read_with_wrench};
 use crate::metrics::Scored;
 use crate::recording::{Label, Recording};
@@ -69,6 +69,17 @@ pub const SOURCES: [Source; 5] = [
 ];
 
 impl Source {
+    /// Where the recording can be had.
+    #[must_use]
+    pub const fn origin(&self) -> &'static str {
+        match self.labels {
+            LabelScheme::StableOrNot => {
+                "github.com/MichaelMarav/ProbabilisticContactEstimation, offline/data"
+            }
+            LabelScheme::ContactClass => "github.com/mrsp/lcd",
+        }
+    }
+
     /// Samples per second, Hz.
     const fn sample_rate(&self) -> f32 {
         match self.labels {
@@ -96,8 +107,14 @@ impl Labelled {
     ///
     /// # Errors
     /// The file is absent, or what is wrong with it.
-    pub fn read(datasets: &Path, source: &Source) -> Result<Self, InputError> {
+    pub fn read(datasets: &Path, source: &Source) -> Result<Self, Error> {
         let path = datasets.join(source.path);
+        if !path.exists() {
+            return Err(Error::NoDataset {
+                file: path.display().to_string(),
+                origin: source.origin(),
+            });
+        }
         let (recording, wrenches) = read_with_wrench(&path, source.labels, source.sample_rate())?;
         Ok(Self::new(recording, wrenches))
     }

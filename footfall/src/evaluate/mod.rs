@@ -27,9 +27,8 @@ pub mod table;
 mod testing;
 pub mod window;
 
-use std::env;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 
@@ -38,12 +37,8 @@ use labelled::{Labelled, SOURCES};
 use method::{Causality, Knowledge, Method, Run};
 use score::{Figures, Outcome};
 
-/// The folder of datasets where nothing else is said: that which `FOOTFALL_DATASETS` names, else
-/// `../shared/datasets`.
-#[must_use]
-pub fn default_datasets() -> PathBuf {
-    env::var_os("FOOTFALL_DATASETS").map_or_else(|| "../shared/datasets".into(), PathBuf::from)
-}
+/// The folder of datasets where nothing else is said.
+pub const DATASETS: &str = "../shared/datasets";
 
 /// Recordings that are scored together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -2,7 +2,6 @@
 
 use std::fmt::{self, Write};
 
-use super::labelled::SOURCES;
 use super::score::Figures;
 use super::{Evaluated, Evaluation, Group};
 use crate::metrics::Latency;
@@ -93,11 +92,11 @@ impl Evaluation {
     #[must_use]
     pub fn full_tables(&self, style: Style) -> String {
         written(|to| {
-            self.write_title("All recordings", style, to)?;
+            write_title("All recordings", style, to)?;
             to.push_str(&self.short_table(style));
             for (place, about) in self.recordings.iter().enumerate() {
                 to.push('\n');
-                self.write_title(&about.recording, style, to)?;
+                write_title(&about.recording, style, to)?;
                 writeln!(
                     to,
                     "{} samples at {} Hz, {:.1} % of them stable.\n",
@@ -111,16 +110,8 @@ impl Evaluation {
         })
     }
 
-    fn write_title(&self, title: &str, style: Style, to: &mut String) -> fmt::Result {
-        match style {
-            Style::Text => writeln!(to, "== {title}"),
-            Style::Markdown => writeln!(to, "## {title}\n"),
-        }
-    }
-
-    /// All figures on the recording at a place in [`SOURCES`].
+    /// All figures on the recording at a place in [`SOURCES`](super::labelled::SOURCES).
     fn recording_table(&self, place: usize) -> Table {
-        debug_assert!(place < SOURCES.len());
         let head = [
             "method",
             "RMSE",
@@ -155,6 +146,13 @@ impl Evaluation {
             head: head.map(str::to_owned).into(),
             rows: self.methods.iter().filter_map(row).collect(),
         }
+    }
+}
+
+fn write_title(title: &str, style: Style, to: &mut String) -> fmt::Result {
+    match style {
+        Style::Text => writeln!(to, "== {title}"),
+        Style::Markdown => writeln!(to, "## {title}\n"),
     }
 }
 

@@ -1,8 +1,10 @@
 //! AMVD: the acceleration's moving variance.
 //!
+//! ```text
 //! T = 1/N Σ ‖a_k − ā‖², ā the window's mean
+//! ```
 //!
-//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where σ_a² divides it: a constant, which
+//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where the noise's variance divides it: a constant, which
 //! the threshold takes up.
 
 use crate::evaluate::window::{Motion, over_windows};

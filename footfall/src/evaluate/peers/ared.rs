@@ -1,8 +1,10 @@
 //! ARED: the angular rate's energy.
 //!
+//! ```text
 //! T = 1/N Σ ‖ω_k‖²
+//! ```
 //!
-//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where σ_ω² divides it: a constant, which
+//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where the noise's variance divides it: a constant, which
 //! the threshold takes up.
 
 use crate::evaluate::window::{Motion, moving_mean, rate_energy};

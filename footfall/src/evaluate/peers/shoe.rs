@@ -1,6 +1,8 @@
 //! SHOE: the generalised likelihood-ratio test for "does not move".
 //!
+//! ```text
 //! T = 1/N Σ ( ‖a_k‖² / σ_a² + ‖ω_k‖² / σ_ω² )
+//! ```
 //!
 //! Source: I. Skog, P. Händel, J.-O. Nilsson, J. Rantakokko, *Zero-Velocity Detection — An
 //! Algorithm Evaluation*, IEEE Trans. Biomedical Engineering 57(11), 2010. There gravity is in the
