@@ -13,8 +13,9 @@
 //! The original gives a probability per degree of freedom; what is compared here is one, that of
 //! stable contact. So one clustering sees all sensors, each by the length of its vector: force,
 //! torque, acceleration, angular rate, in units of their standard deviation. Of the readings that
-//! were tried (twelve components, their magnitudes, pairs of force and motion per degree of freedom
-//! with the product or the mean of the six) this one does best over all recordings.
+//! were tried (twelve components, their magnitudes, pairs and triples of forces and motion per
+//! degree of freedom with the product or the mean of the six) this one does best over all
+//! recordings.
 
 use super::labelled::Labelled;
 
