@@ -1,5 +1,5 @@
-//! The command line: `footfall replay`, `footfall decode`, and `footfall demo`, which is also what
-//! happens without a sub-command.
+//! The command line: `footfall replay`, `footfall decode`, `footfall evaluate`, and `footfall demo`,
+//! which is also what happens without a sub-command.
 
 use std::path::PathBuf;
 
@@ -13,10 +13,11 @@ use crate::config::{
 use crate::decode::{self, row::write_rows};
 use crate::demo;
 use crate::error::Error;
+use crate::evaluate::{self, Evaluation, table::Style};
 use crate::input::{Format, Hints, Opened};
 use crate::output::write_file;
 use crate::replay::replay;
-use crate::report::{Outputs, SummaryStyle, hand_over, print};
+use crate::report::{Outputs, SummaryStyle, hand_over, print, print_json, print_text};
 use crate::targets;
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
@@ -39,6 +40,8 @@ pub enum Command {
     /// Turn what a foot has sent, a log of candump -l or a recording of its serial line, into rows,
     /// and report what is missing or damaged
     Decode(DecodeArguments),
+    /// Score this estimator and the methods of others on the recordings that have labels
+    Evaluate(EvaluateArguments),
 }
 
 /// What `footfall replay` takes. Later wins: preset, configuration file, options.
@@ -102,6 +105,26 @@ pub struct DecodeArguments {
     pub json: bool,
 }
 
+/// What `footfall evaluate` takes.
+#[derive(Debug, Args)]
+pub struct EvaluateArguments {
+    /// The folder with pce/ and lcd/ in it
+    #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = evaluate::DATASETS)]
+    pub datasets: PathBuf,
+    /// Print the tables in Markdown; the first is the README's
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
+    /// Print everything as one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Draw the distribution of |P - label|, of this estimator and of fuzzy c-means
+    #[arg(long, value_name = "OUT.svg")]
+    pub histogram: Option<PathBuf>,
+    /// Draw how often P comes true
+    #[arg(long, value_name = "OUT.svg")]
+    pub reliability: Option<PathBuf>,
+}
+
 /// A node id, decimal or with 0x hexadecimal.
 fn parse_node(text: &str) -> Result<NodeId, &'static str> {
     let id = match text.strip_prefix("0x") {
@@ -135,6 +158,7 @@ impl Arguments {
             Command::Replay(arguments) => arguments.run(),
             Command::Demo(DemoArguments { out, seed }) => demo::run(&out, seed),
             Command::Decode(arguments) => arguments.run(),
+            Command::Evaluate(arguments) => arguments.run(),
         }
     }
 }
@@ -164,6 +188,7 @@ impl ReplayArguments {
         let outputs = Outputs {
             samples: None,
             estimates: self.output,
+            map: overrides.probability_map,
             plot: self.plot,
             others: Vec::new(),
             summary: if self.json {
@@ -205,6 +230,29 @@ impl DecodeArguments {
             SummaryStyle::Text
         };
         print(&decoded.report, style, &self.output).map_err(Error::Print)
+    }
+}
+
+impl EvaluateArguments {
+    fn run(&self) -> Result<(), Error> {
+        targets::check_pictures(self.histogram.as_deref(), self.reliability.as_deref())?;
+        let evaluation = Evaluation::run(&self.datasets)?;
+        if let Some(path) = &self.histogram {
+            write_file(path, |to| to.write_all(evaluation.histogram()?.as_bytes()))?;
+        }
+        if let Some(path) = &self.reliability {
+            write_file(path, |to| {
+                to.write_all(evaluation.reliability()?.as_bytes())
+            })?;
+        }
+        if self.json {
+            print_json(&evaluation)
+        } else if self.markdown {
+            print_text(&evaluation.full_tables(Style::Markdown))
+        } else {
+            print_text(&evaluation.full_tables(Style::Text))
+        }
+        .map_err(Error::Print)
     }
 }
 

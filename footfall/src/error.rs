@@ -19,6 +19,14 @@ pub enum Error {
     /// What was to be decoded cannot be.
     #[error(transparent)]
     Decode(#[from] DecodeError),
+    /// A recording to be evaluated is absent.
+    #[error("{file} is not there; --datasets names the folder above it, the file is from {origin}")]
+    NoDataset {
+        /// The file.
+        file: String,
+        /// Where it can be had.
+        origin: &'static str,
+    },
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),

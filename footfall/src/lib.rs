@@ -10,7 +10,8 @@
 //! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
 //! | results have somewhere to go | [`targets`] |
 //! | the estimator runs over it | [`replay`] |
-//! | how good that was | [`metrics`] |
+//! | how good that was | [`metrics`], [`reliability`]; beside other methods, [`evaluate`] |
+//! | what P means, where labels tell | [`probability_map`] |
 //! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
 
@@ -20,14 +21,17 @@ pub mod config;
 pub mod decode;
 pub mod demo;
 pub mod error;
+pub mod evaluate;
 pub mod gait;
 pub mod input;
 pub mod metrics;
 mod number;
 pub mod output;
 pub mod plot;
+pub mod probability_map;
 mod progress;
 pub mod recording;
+pub mod reliability;
 pub mod replay;
 pub mod report;
 pub mod summary;

@@ -42,10 +42,10 @@ pub fn assert_readme_block(name: &str, content: &str) {
     assert_block("README.md", name, content);
 }
 
-/// The same of any Markdown file of the repository.
+/// Checks that a block of a Markdown file in the repository holds just `content`.
 ///
 /// # Panics
-/// Where it does not, or where there is no such block.
+/// Where it does not, or where there is no such file or block.
 pub fn assert_block(file: &str, name: &str, content: &str) {
     // Tests of one program run side by side: one at a time rewrites a file.
     static REWRITING: Mutex<()> = Mutex::new(());

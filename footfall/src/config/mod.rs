@@ -35,6 +35,10 @@
 //! [load]                          # in the unit of the load signal
 //! on_threshold = 12.0
 //! off_threshold = 6.0
+//!
+//! [probability_map]               # for a column p_calibrated; `footfall replay` of a recording
+//! slope = 0.7                     # with labels says what they are for this robot
+//! offset = -0.5
 //! "#;
 //! let overrides = footfall::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
@@ -72,6 +76,7 @@ pub use value::{
 };
 
 use crate::input::Format;
+use crate::probability_map::ProbabilityMap;
 use value::checked_sample_rate;
 
 /// Where parameters start from.
@@ -142,6 +147,9 @@ pub struct Overrides {
     /// The load trigger.
     #[serde(default)]
     pub load: LoadOverrides,
+    /// What turns P into a calibrated probability, in a column of its own.
+    #[serde(default)]
+    pub probability_map: Option<ProbabilityMap>,
 }
 
 /// When the probability becomes a yes or a no.
