@@ -10,6 +10,7 @@ use footfall::input::pce::{LabelScheme, read_with_wrench};
 use footfall::input::{self, Format, Hints};
 use footfall::metrics::Scored;
 use footfall::recording::{Label, Recording};
+use footfall::reliability::calibration_error;
 use footfall::replay::replay;
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
@@ -77,27 +78,21 @@ fn data() -> Option<Data> {
     })
 }
 
-/// The error of each sample's P.
-fn squared_errors(recording: &Recording, params: &Params) -> Vec<f64> {
+fn scored(recording: &Recording, params: &Params) -> Vec<Scored> {
     let estimates = replay(recording, params).expect("valid parameters");
     Scored::collect(&recording.samples, &estimates)
-        .iter()
-        .map(|sample| {
-            let label = match sample.label {
-                Label::Stable => 1.0,
-                Label::NotStable => 0.0,
-            };
-            (sample.probability - label) * (sample.probability - label)
-        })
-        .collect()
 }
 
-fn rmse<'a>(errors: impl IntoIterator<Item = &'a Vec<f64>>) -> f64 {
-    let (sum, count) = errors
-        .into_iter()
-        .flatten()
-        .fold((0.0, 0.0), |(sum, count), error| (sum + error, count + 1.0));
-    libm::sqrt(sum / count)
+fn rmse(scored: &[Scored]) -> f64 {
+    let squared_error = |sample: &Scored| {
+        let label = match sample.label {
+            Label::Stable => 1.0,
+            Label::NotStable => 0.0,
+        };
+        (sample.probability - label) * (sample.probability - label)
+    };
+    let sum: f64 = scored.iter().map(squared_error).sum();
+    libm::sqrt(sum / scored.len() as f64)
 }
 
 /// `params` with the half-widths of a robot that has walked `recording`, found without its labels.
@@ -167,37 +162,38 @@ fn each_part_of_the_default_preset_earns_its_place() {
         ("+ `tolerance` = **default preset**", Params::DEFAULT),
     ];
     let mut table = format!(
-        "| | 01ground, chose | 3steps, chose | 003slip | pooled | ATLAS_7k | NAO | {WALKED_TITLES}\n\
-         |---|---|---|---|---|---|---|---|---|---|---|---|\n"
+        "| | 01ground, chose | 3steps, chose | 003slip | pooled | its calibration error | ATLAS_7k | NAO | {WALKED_TITLES}\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
     );
     let mut pooled = Vec::new();
     for (name, params) in rows {
-        let atlas: Vec<Vec<f64>> = data
+        let atlas: Vec<Vec<Scored>> = data
             .atlas
             .iter()
-            .map(|recording| squared_errors(recording, &params))
+            .map(|recording| scored(recording, &params))
             .collect();
         let lcd: Vec<f64> = data
             .lcd
             .iter()
             .map(|recording| match name.starts_with("paper") {
-                true => rmse([&squared_errors(recording, &params)]),
+                true => rmse(&scored(recording, &params)),
                 false => {
                     let params = calibrated(recording, &params);
-                    rmse([&squared_errors(recording, &params)])
+                    rmse(&scored(recording, &params))
                 }
             })
             .collect();
-        pooled.push((rmse(&atlas), lcd.clone()));
-        let [one, two, three] = [0, 1, 2].map(|file| rmse([&atlas[file]]));
+        pooled.push((rmse(&atlas.concat()), lcd.clone()));
+        let [one, two, three] = [0, 1, 2].map(|file| rmse(&atlas[file]));
         // The paper preset is for samples without gravity; on the foot it is "one window".
         let walked = match name.starts_with("paper") {
             true => "| | | | |".to_owned(),
             false => walked(&data.walks, &params),
         };
         table += &format!(
-            "| {name} | {one:.4} | {two:.4} | {three:.4} | {:.4} | {:.4} | {:.4} | {walked}\n",
-            rmse(&atlas),
+            "| {name} | {one:.4} | {two:.4} | {three:.4} | {:.4} | {:.3} | {:.4} | {:.4} | {walked}\n",
+            rmse(&atlas.concat()),
+            calibration_error(&atlas.concat()).expect("samples"),
             lcd[0],
             lcd[1],
         );
@@ -263,19 +259,19 @@ fn the_sensitivity_to_each_number_is_the_one_that_was_written_down() {
          |---|---|---|---|---|---|---|---|---|---|\n"
     );
     for (name, params) in settings {
-        let errors: Vec<Vec<f64>> = data
+        let atlas: Vec<Vec<Scored>> = data
             .atlas
             .iter()
-            .map(|recording| squared_errors(recording, &params))
+            .map(|recording| scored(recording, &params))
             .collect();
-        let [one, two, three] = [0, 1, 2].map(|file| rmse([&errors[file]]));
+        let [one, two, three] = [0, 1, 2].map(|file| rmse(&atlas[file]));
         let name = match params == default {
             true => format!("**{name}**"),
             false => name,
         };
         table += &format!(
             "| {name} | {one:.3} | {two:.3} | {three:.3} | {:.3} | {}\n",
-            rmse(&errors),
+            rmse(&atlas.concat()),
             walked(&data.walks, &params)
         );
     }
