@@ -55,7 +55,7 @@ fn no_gait_tilts_the_estimate_far() {
     for (gait, limit) in [
         (GaitName::Walk, 0.5),
         (GaitName::Trot, 0.8),
-        (GaitName::Run, 6.0),
+        (GaitName::Run, 1.5),
     ] {
         let plan = Plan::steady(gait, Ground::Hard, 60.0, 7);
         let worst = tilt_errors(&plan, 7)
