@@ -1,22 +1,22 @@
-//! The command line: `footfall replay`, `footfall decode`, and `footfall demo`, which is also what
-//! happens without a sub-command.
+//! The command line: one sub-command a task, and `footfall demo` where none is named.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use estimator_core::{Gravity, WindowLength};
 use wire::NodeId;
 
+use crate::attitude::{AttitudeReport, InclinationScore};
 use crate::config::{
     Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
 };
 use crate::decode::{self, row::write_rows};
 use crate::demo;
 use crate::error::Error;
-use crate::input::{Format, Hints, Opened};
+use crate::input::{Format, Hints, Opened, read_with_orientation};
 use crate::output::write_file;
 use crate::replay::replay;
-use crate::report::{Outputs, SummaryStyle, hand_over, print};
+use crate::report::{Outputs, SummaryStyle, hand_over, print, print_text};
 use crate::targets;
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
@@ -39,6 +39,8 @@ pub enum Command {
     /// Turn what a foot has sent, a log of candump -l or a recording of its serial line, into rows,
     /// and report what is missing or damaged
     Decode(DecodeArguments),
+    /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
+    Attitude(AttitudeArguments),
 }
 
 /// What `footfall replay` takes. Later wins: preset, configuration file, options.
@@ -102,6 +104,23 @@ pub struct DecodeArguments {
     pub json: bool,
 }
 
+/// What `footfall attitude` takes.
+#[derive(Debug, Args)]
+pub struct AttitudeArguments {
+    /// Recordings in csv; rows count where qw,qx,qy,qz are filled in and movement, if there, is 1
+    #[arg(required = true, value_name = "INPUT.csv")]
+    pub inputs: Vec<PathBuf>,
+    /// A TOML file with parameters that differ from the default
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Print a Markdown table
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// A node id, decimal or with 0x hexadecimal.
 fn parse_node(text: &str) -> Result<NodeId, &'static str> {
     let id = match text.strip_prefix("0x") {
@@ -135,16 +154,14 @@ impl Arguments {
             Command::Replay(arguments) => arguments.run(),
             Command::Demo(DemoArguments { out, seed }) => demo::run(&out, seed),
             Command::Decode(arguments) => arguments.run(),
+            Command::Attitude(arguments) => arguments.run(),
         }
     }
 }
 
 impl ReplayArguments {
     fn run(self) -> Result<(), Error> {
-        let overrides = match &self.config {
-            Some(path) => Overrides::read(path)?,
-            None => Overrides::default(),
-        };
+        let overrides = read_overrides(self.config.as_deref())?;
         let config_name = self.config.as_ref().map(|path| path.display().to_string());
         let opened = Opened::new(&self.input, self.format)?;
         let mut params = self.preset.params(opened.format());
@@ -158,9 +175,7 @@ impl ReplayArguments {
             gravity: self.gravity.or(overrides.gravity),
         };
         let loaded = opened.read(&hints)?;
-        for notice in &loaded.notices {
-            eprintln!("footfall: {notice}");
-        }
+        tell(&loaded.notices);
         let outputs = Outputs {
             samples: None,
             estimates: self.output,
@@ -193,9 +208,7 @@ impl DecodeArguments {
     fn run(&self) -> Result<(), Error> {
         targets::check(&self.input, self.output.as_deref(), None)?;
         let decoded = decode::read(&self.input, &self.nodes)?;
-        for notice in &decoded.notices {
-            eprintln!("footfall: {notice}");
-        }
+        tell(&decoded.notices);
         if let Some(path) = &self.output {
             write_file(path, |to| write_rows(&decoded.rows, to))?;
         }
@@ -206,6 +219,52 @@ impl DecodeArguments {
         };
         print(&decoded.report, style, &self.output).map_err(Error::Print)
     }
+}
+
+impl AttitudeArguments {
+    fn run(&self) -> Result<(), Error> {
+        let overrides = read_overrides(self.config.as_deref())?;
+        let mut params = Preset::Default.params(Format::Csv);
+        overrides.apply(&mut params);
+        let hints = Hints {
+            sample_rate: overrides.sample_rate_hz,
+            gravity: overrides.gravity,
+        };
+        let scores: Result<Vec<_>, Error> = self
+            .inputs
+            .iter()
+            .map(|input| {
+                let (loaded, truth) = read_with_orientation(input, &hints)?;
+                tell(&loaded.notices);
+                let estimates = replay(&loaded.recording, &params)?;
+                Ok(InclinationScore::of(&loaded.recording, &estimates, &truth))
+            })
+            .collect();
+        let report = AttitudeReport::of(scores?);
+        if self.markdown {
+            print_text(&report.markdown())
+        } else {
+            let style = if self.json {
+                SummaryStyle::Json
+            } else {
+                SummaryStyle::Text
+            };
+            print(&report, style, [])
+        }
+        .map_err(Error::Print)
+    }
+}
+
+/// Says what was left out or reinterpreted.
+fn tell(notices: &[String]) {
+    for notice in notices {
+        eprintln!("footfall: {notice}");
+    }
+}
+
+/// The configuration file that was named, or one that changes nothing.
+fn read_overrides(path: Option<&Path>) -> Result<Overrides, Error> {
+    Ok(path.map(Overrides::read).transpose()?.unwrap_or_default())
 }
 
 #[cfg(test)]

@@ -10,10 +10,11 @@
 //! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
 //! | results have somewhere to go | [`targets`] |
 //! | the estimator runs over it | [`replay`] |
-//! | how good that was | [`metrics`] |
+//! | how good that was | [`metrics`], and of its orientation [`attitude`] |
 //! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
 
+pub mod attitude;
 pub mod can_log;
 pub mod cli;
 pub mod config;

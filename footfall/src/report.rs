@@ -89,3 +89,13 @@ pub fn print<'a>(
     }
     stdout.flush()
 }
+
+/// Prints a text as it is.
+///
+/// # Errors
+/// Stdout cannot be written.
+pub fn print_text(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
+    stdout.flush()
+}

@@ -50,15 +50,48 @@ pub const VALIDITIES: [(&str, Validity); 6] = [
     ("invalid", Validity::Invalid),
 ];
 
-/// Reads a table with a header.
+/// What reads columns that are no part of a recording.
+pub(super) trait Beside {
+    /// Whether a column is one of those.
+    fn reads(&self, name: &str) -> bool;
+
+    /// Takes in the header.
+    fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError>;
+
+    /// Takes in a row.
+    fn row(&mut self, row: &Row) -> Result<(), InputError>;
+}
+
+/// Reads nothing beside the recording.
+impl Beside for () {
+    fn reads(&self, _: &str) -> bool {
+        false
+    }
+
+    fn header(&mut self, _: &Row, _: &str) -> Result<(), InputError> {
+        Ok(())
+    }
+
+    fn row(&mut self, _: &Row) -> Result<(), InputError> {
+        Ok(())
+    }
+}
+
+/// Reads a table with a header, and what stands `beside` the columns of a recording.
 ///
 /// # Errors
 /// The first thing that is wrong with it, with file, line and column.
-pub(super) fn read(mut table: Table, hints: &Hints) -> Result<Loaded, InputError> {
+pub(super) fn read(
+    mut table: Table,
+    hints: &Hints,
+    beside: &mut impl Beside,
+) -> Result<Loaded, InputError> {
     let Some(header) = table.next_row()? else {
         return Err(table.empty());
     };
-    let columns = Columns::checked(&header, table.file())?;
+    let mut columns = Columns::checked(&header, table.file())?;
+    beside.header(&header, table.file())?;
+    columns.ignored.retain(|name| !beside.reads(name));
     let mut clock: Option<Clock> = None;
     let mut times = Vec::new();
     let mut samples = Vec::new();
@@ -70,6 +103,7 @@ pub(super) fn read(mut table: Table, hints: &Hints) -> Result<Loaded, InputError
             times.push(clock.advance_to(now_us, &row, index)?);
         }
         samples.push(columns.sample(&row)?);
+        beside.row(&row)?;
     }
     if samples.is_empty() {
         return Err(table.empty());
@@ -379,7 +413,7 @@ mod tests {
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(text.as_ref()).unwrap();
-        read(Table::open(file.path())?, hints)
+        read(Table::open(file.path())?, hints, &mut ())
     }
 
     fn loaded(text: impl AsRef<[u8]>) -> Loaded {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `csv`: a header names the columns | [`csv`] |
 //! | `pce-atlas`, `pce-go1`: the recordings of the method's authors | [`pce`] |
+//! | `csv` with the true orientation, for scores | [`read_with_orientation`] |
 //!
 //! All of them are tables of numbers separated by commas. Windows line ends,
 //! blank lines, spaces around cells and a UTF-8 byte order mark are fine. `nan`, `inf` and
@@ -14,6 +15,7 @@ pub mod csv;
 pub mod error;
 pub mod pce;
 mod table;
+mod truth;
 
 use std::path::Path;
 
@@ -22,8 +24,10 @@ use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, 
 
 pub use error::{Cell, HeaderSlip, InputError};
 
+use crate::gait::space::Rotation;
 use crate::recording::Recording;
 use table::Table;
+use truth::Orientations;
 
 /// How a file is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -92,7 +96,7 @@ impl Opened {
         match self.format {
             Format::PceAtlas => pce::read_atlas(self.table, hints),
             Format::PceGo1 => pce::read_go1(self.table, hints),
-            Format::Csv => csv::read(self.table, hints),
+            Format::Csv => csv::read(self.table, hints, &mut ()),
         }
     }
 }
@@ -103,6 +107,26 @@ impl Opened {
 /// The first thing that is wrong with it, with file, line and column.
 pub fn read(path: &Path, format: Format, hints: &Hints) -> Result<Loaded, InputError> {
     Opened::new(path, Some(format))?.read(hints)
+}
+
+/// Reads a `csv` that has the columns `qw`, `qx`, `qy` and `qz`, too: a unit quaternion per row,
+/// Hamilton, sensor → world, z up, blank where it is not known. Gives it for each sample; `None`,
+/// too, where a column `movement` says that the row does not count.
+///
+/// # Errors
+/// The first thing that is wrong with it, with file, line and column; or no row counts.
+pub fn read_with_orientation(
+    path: &Path,
+    hints: &Hints,
+) -> Result<(Loaded, Vec<Option<Rotation>>), InputError> {
+    let mut orientations = Orientations::default();
+    let loaded = csv::read(Table::open(path)?, hints, &mut orientations)?;
+    if orientations.rows.iter().all(Option::is_none) {
+        return Err(InputError::NoOrientation {
+            file: path.display().to_string(),
+        });
+    }
+    Ok((loaded, orientations.rows))
 }
 
 /// The format of a table, where its first row leaves no doubt: a header that names a known column,
