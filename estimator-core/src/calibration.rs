@@ -9,8 +9,8 @@
 //! with the robust spread σ of mid-stance, the bandwidth h and k = [`SPREAD_FACTOR`]. In a stance
 //! of that spread the kernels' mass within ±δ is erf(k/√2), 0.99994 per axis. A gyroscope without
 //! noise has σ near 0, and k·σ alone would collapse below the kernel's own width; k·h never does.
-//! With k = 4 the published half-widths for ATLAS lie between 0.4 and 3.5 times what
-//! this gives on the authors' recordings of it.
+//! With k = 4 this gives, on the authors' recordings of ATLAS on good ground, 0.3 to 2.0 times
+//! their half-widths for it; and on those of a GO1, 0.7 to 2.2 times (`host-tests/tests/calibrate.rs`).
 //!
 //! What mid-stance is has to be found without half-widths: a stretch of [`QUIET`] motion after a
 //! swing, without its first and its last 30 ms. Where the load is known, a foot without it swings,
@@ -32,6 +32,10 @@ pub const STEPS: u16 = 6;
 
 /// Motion that may be a stance: acceleration in m/s² and angular rate in rad/s, each as a length.
 pub const QUIET: (f32, f32) = (3.0, 0.6);
+
+/// The same where the load says that the foot stands: a ball foot fixed to the shank rolls over in
+/// its stance, on a GO1 at some 1 rad/s. Acceleration is no freer, so that slips stay out.
+pub const QUIET_UNDER_LOAD: (f32, f32) = (QUIET.0, 2.0);
 
 /// Motion that no stance has; it, or a foot without load, must come before each stance that counts.
 pub const SWING: (f32, f32) = (5.0, 2.0);
@@ -131,7 +135,10 @@ impl Calibrator {
         } else if matches!(estimate.phase, Phase::Swing | Phase::QuietSwing) {
             self.end_stance(true);
             None
-        } else if within(QUIET) {
+        } else if within(match estimate.phase {
+            Phase::Stance | Phase::Slip => QUIET_UNDER_LOAD,
+            _ => QUIET,
+        }) {
             self.take_quiet(PerAxis::from_array([a.x, a.y, a.z, w.x, w.y, w.z]))
         } else {
             self.end_stance(!within(SWING));

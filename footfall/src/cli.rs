@@ -1,22 +1,27 @@
 //! The command line: one sub-command a task, and `footfall demo` where none is named.
 
+mod attitude;
+mod calibrate;
+
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use estimator_core::{Gravity, WindowLength};
 use wire::NodeId;
 
-use crate::attitude::{AttitudeReport, InclinationScore};
+pub use attitude::AttitudeArguments;
+pub use calibrate::CalibrateArguments;
+
 use crate::config::{
     Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
 };
 use crate::decode::{self, row::write_rows};
 use crate::demo;
 use crate::error::Error;
-use crate::input::{Format, Hints, Opened, read_with_orientation};
+use crate::input::{Format, Hints, Opened};
 use crate::output::write_file;
 use crate::replay::replay;
-use crate::report::{Outputs, SummaryStyle, hand_over, print, print_text};
+use crate::report::{Outputs, SummaryStyle, hand_over, print};
 use crate::targets;
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
@@ -41,6 +46,8 @@ pub enum Command {
     Decode(DecodeArguments),
     /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
     Attitude(AttitudeArguments),
+    /// Find half-widths in a few steps on good ground, or with --rests what is wrong with the sensor
+    Calibrate(CalibrateArguments),
 }
 
 /// What `footfall replay` takes. Later wins: preset, configuration file, options.
@@ -104,23 +111,6 @@ pub struct DecodeArguments {
     pub json: bool,
 }
 
-/// What `footfall attitude` takes.
-#[derive(Debug, Args)]
-pub struct AttitudeArguments {
-    /// Recordings in csv; rows count where qw,qx,qy,qz are filled in and movement, if there, is 1
-    #[arg(required = true, value_name = "INPUT.csv")]
-    pub inputs: Vec<PathBuf>,
-    /// A TOML file with parameters that differ from the default
-    #[arg(long, value_name = "FILE.toml")]
-    pub config: Option<PathBuf>,
-    /// Print a Markdown table
-    #[arg(long, conflicts_with = "json")]
-    pub markdown: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
-}
-
 /// A node id, decimal or with 0x hexadecimal.
 fn parse_node(text: &str) -> Result<NodeId, &'static str> {
     let id = match text.strip_prefix("0x") {
@@ -155,14 +145,15 @@ impl Arguments {
             Command::Demo(DemoArguments { out, seed }) => demo::run(&out, seed),
             Command::Decode(arguments) => arguments.run(),
             Command::Attitude(arguments) => arguments.run(),
+            Command::Calibrate(arguments) => arguments.run(),
         }
     }
 }
 
 impl ReplayArguments {
     fn run(self) -> Result<(), Error> {
-        let overrides = read_overrides(self.config.as_deref())?;
-        let config_name = self.config.as_ref().map(|path| path.display().to_string());
+        let configuration = Configuration::read(self.config.as_deref())?;
+        let overrides = &configuration.overrides;
         let opened = Opened::new(&self.input, self.format)?;
         let mut params = self.preset.params(opened.format());
         overrides.apply(&mut params);
@@ -170,10 +161,7 @@ impl ReplayArguments {
             params.window = window;
         }
         targets::check(&self.input, self.output.as_deref(), self.plot.as_deref())?;
-        let hints = Hints {
-            sample_rate: self.sample_rate.or(overrides.sample_rate_hz),
-            gravity: self.gravity.or(overrides.gravity),
-        };
+        let hints = configuration.hints(self.sample_rate, self.gravity)?;
         let loaded = opened.read(&hints)?;
         tell(&loaded.notices);
         let outputs = Outputs {
@@ -188,8 +176,8 @@ impl ReplayArguments {
             },
         };
         let origins = Origins {
-            file: config_name.as_deref(),
-            overrides: &overrides,
+            file: configuration.name.as_deref(),
+            overrides,
             window: self.window,
             recording: &self.input.display().to_string(),
             sample_rate: match (self.sample_rate, overrides.sample_rate_hz) {
@@ -221,40 +209,6 @@ impl DecodeArguments {
     }
 }
 
-impl AttitudeArguments {
-    fn run(&self) -> Result<(), Error> {
-        let overrides = read_overrides(self.config.as_deref())?;
-        let mut params = Preset::Default.params(Format::Csv);
-        overrides.apply(&mut params);
-        let hints = Hints {
-            sample_rate: overrides.sample_rate_hz,
-            gravity: overrides.gravity,
-        };
-        let scores: Result<Vec<_>, Error> = self
-            .inputs
-            .iter()
-            .map(|input| {
-                let (loaded, truth) = read_with_orientation(input, &hints)?;
-                tell(&loaded.notices);
-                let estimates = replay(&loaded.recording, &params)?;
-                Ok(InclinationScore::of(&loaded.recording, &estimates, &truth))
-            })
-            .collect();
-        let report = AttitudeReport::of(scores?);
-        if self.markdown {
-            print_text(&report.markdown())
-        } else {
-            let style = if self.json {
-                SummaryStyle::Json
-            } else {
-                SummaryStyle::Text
-            };
-            print(&report, style, [])
-        }
-        .map_err(Error::Print)
-    }
-}
-
 /// Says what was left out or reinterpreted.
 fn tell(notices: &[String]) {
     for notice in notices {
@@ -262,9 +216,31 @@ fn tell(notices: &[String]) {
     }
 }
 
-/// The configuration file that was named, or one that changes nothing.
-fn read_overrides(path: Option<&Path>) -> Result<Overrides, Error> {
-    Ok(path.map(Overrides::read).transpose()?.unwrap_or_default())
+/// A configuration file, or one that changes nothing.
+struct Configuration {
+    /// The file as it was named.
+    name: Option<String>,
+    overrides: Overrides,
+}
+
+impl Configuration {
+    fn read(path: Option<&Path>) -> Result<Self, Error> {
+        Ok(Self {
+            name: path.map(|path| path.display().to_string()),
+            overrides: path.map(Overrides::read).transpose()?.unwrap_or_default(),
+        })
+    }
+
+    /// What readers are told, where options win.
+    fn hints(&self, sample_rate: Option<f32>, gravity: Option<Gravity>) -> Result<Hints, Error> {
+        Ok(Hints {
+            sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
+            gravity: gravity.or(self.overrides.gravity),
+            correction: self
+                .overrides
+                .correction(self.name.as_deref().unwrap_or_default())?,
+        })
+    }
 }
 
 #[cfg(test)]

@@ -10,11 +10,13 @@
 //! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
 //! | results have somewhere to go | [`targets`] |
 //! | the estimator runs over it | [`replay`] |
+//! | or measures half-widths, or what is wrong with the sensor | [`calibrate`] |
 //! | how good that was | [`metrics`], and of its orientation [`attitude`] |
 //! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
 
 pub mod attitude;
+pub mod calibrate;
 pub mod can_log;
 pub mod cli;
 pub mod config;

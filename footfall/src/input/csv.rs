@@ -18,7 +18,7 @@ use estimator_core::{Axis, Gravity, Load, Saturation, Timestamp, Validity};
 
 use super::error::{HeaderSlip, InputError};
 use super::table::{Row, Table};
-use super::{Hints, Loaded, imu_sample, steady_time};
+use super::{Correction, Hints, Loaded, imu_sample, steady_time};
 use crate::recording::{Label, RecordedSample, Recording};
 
 /// By how much a given sample rate may differ from that of the times, as a fraction.
@@ -102,7 +102,7 @@ pub(super) fn read(
             let clock = clock.get_or_insert_with(|| Clock::starting_at(now_us));
             times.push(clock.advance_to(now_us, &row, index)?);
         }
-        samples.push(columns.sample(&row)?);
+        samples.push(columns.sample(&row, &hints.correction)?);
         beside.row(&row)?;
     }
     if samples.is_empty() {
@@ -238,7 +238,7 @@ impl Columns {
     }
 
     /// A row's values; the time is filled in later.
-    fn sample(&self, row: &Row) -> Result<RecordedSample, InputError> {
+    fn sample(&self, row: &Row, correction: &Correction) -> Result<RecordedSample, InputError> {
         let mut axes = [0.0; 6];
         for ((value, place), axis) in axes.iter_mut().zip(self.axes).zip(Axis::ALL) {
             if let Some(index) = place {
@@ -259,7 +259,7 @@ impl Columns {
             None => Validity::Valid,
         };
         Ok(RecordedSample {
-            imu: imu_sample(Timestamp::default(), axes, validity),
+            imu: imu_sample(Timestamp::default(), axes, validity, correction),
             load: force
                 .filter(|force| force.is_finite())
                 .map(|force| Load(force as f32)),
@@ -575,6 +575,7 @@ mod tests {
         let hints = Hints {
             sample_rate: Some(400.0),
             gravity: Some(Gravity::Removed),
+            ..Hints::default()
         };
         let recording = read_text("ax,ay,az,wx,wy,wz\n0,0,0,0,0,0\n0,0,0,0,0,0\n", &hints)
             .unwrap()

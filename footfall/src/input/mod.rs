@@ -11,6 +11,7 @@
 //! numbers beyond f32 in an axis are accepted: the estimator flags such a sample as invalid and
 //! gives it mass 0.
 
+mod correction;
 pub mod csv;
 pub mod error;
 pub mod pce;
@@ -22,6 +23,7 @@ use std::path::Path;
 use clap::ValueEnum;
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 
+pub use correction::Correction;
 pub use error::{Cell, HeaderSlip, InputError};
 
 use crate::gait::space::Rotation;
@@ -47,6 +49,8 @@ pub struct Hints {
     pub sample_rate: Option<f32>,
     /// Whether the samples contain gravity, where it differs from what the format says.
     pub gravity: Option<Gravity>,
+    /// The sensor's static calibration.
+    pub correction: Correction,
 }
 
 /// What came out of a file.
@@ -150,9 +154,15 @@ fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
     Timestamp::from_micros(micros.round() as u64)
 }
 
-/// A sample from six numbers in SI units, in the order of [`Axis::ALL`](estimator_core::Axis::ALL).
-fn imu_sample(timestamp: Timestamp, axes: [f64; 6], validity: Validity) -> ImuSample {
-    let [ax, ay, az, wx, wy, wz] = axes.map(|value| value as f32);
+/// A sample from six readings in SI units, in the order of
+/// [`Axis::ALL`](estimator_core::Axis::ALL), with what is known to be wrong with them put right.
+fn imu_sample(
+    timestamp: Timestamp,
+    readings: [f64; 6],
+    validity: Validity,
+    correction: &Correction,
+) -> ImuSample {
+    let [ax, ay, az, wx, wy, wz] = correction.apply(readings).map(|value| value as f32);
     ImuSample {
         timestamp,
         specific_force: SpecificForce(Vec3::new(ax, ay, az)),

@@ -77,7 +77,12 @@ pub(super) fn read_atlas(mut table: Table, hints: &Hints) -> Result<Loaded, Inpu
         let [_, _, fz, _, _, _, ax, ay, az, wx, wy, wz, truth] = values;
         let time = steady_time(samples.len(), sample_rate);
         samples.push(RecordedSample {
-            imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid),
+            imu: imu_sample(
+                time,
+                [ax, ay, az, wx, wy, wz],
+                Validity::Valid,
+                &hints.correction,
+            ),
             load: Some(Load(fz as f32)),
             label: Some(label(&row, ATLAS_COLUMNS.len() - 1, truth)?),
         });
@@ -126,7 +131,12 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputE
         .iter()
         .enumerate()
         .map(|(k, axes)| RecordedSample {
-            imu: imu_sample(steady_time(k, sample_rate), to_si(axes), go1_validity(axes)),
+            imu: imu_sample(
+                steady_time(k, sample_rate),
+                to_si(axes),
+                go1_validity(axes),
+                &hints.correction,
+            ),
             load: forces
                 .get(force_row(k))
                 .filter(|force| force.is_finite())
