@@ -14,8 +14,9 @@
 //!
 //! What mid-stance is has to be found without half-widths: a stretch of [`QUIET`] motion after a
 //! swing, without its first and its last 30 ms. Where the load is known, a foot without it swings,
-//! however quietly. σ is 1.4826 times the median of |m|, as the
-//! standard deviation of a Gaussian about zero is: half of the samples may be anything.
+//! however quietly, and one with it may turn faster ([`QUIET_UNDER_LOAD`]). σ is 1.4826 times the
+//! median of |m|, as the standard deviation of a Gaussian about zero is: half of the samples may be
+//! anything.
 //!
 //! Memory is O(1): a histogram per axis, and the 30 ms in which the foot may yet lift off.
 

@@ -174,23 +174,29 @@ impl BiasEstimator {
         self.mean_rate += rate_deviation * gain;
 
         self.opening = (self.opening + GATE_GROWTH * dt).min(LARGEST_OPENING);
-        let sway = self.mean_force - self.first_force;
         let still = step.continuity == Continuity::Continuous
             && force_deviation.dot(force_deviation) <= limits.acceleration_squared
             && rate_deviation.dot(rate_deviation) <= limits.rate_squared
-            && sway.dot(sway) <= LARGEST_SWAY * LARGEST_SWAY
-            && self.mean_rate.is_within(limits.bias_limit);
-        self.still = if still {
-            (self.still + dt).min(limits.duration)
-        } else {
-            0.0
-        };
+            && self.mean_rate.is_within(limits.bias_limit)
+            && !self.sways();
+        if !still {
+            self.still = 0.0;
+            return;
+        }
+        self.still = (self.still + dt).min(limits.duration);
         if self.still < MEAN_TIME_CONSTANT {
             self.first_force = self.mean_force;
         }
         if self.still >= limits.duration {
             self.learn(dt);
         }
+    }
+
+    /// Whether gravity has moved through the sensor since the stillness began.
+    fn sways(&self) -> bool {
+        let sway = self.mean_force - self.first_force;
+        // In the beginning the mean has yet to settle.
+        self.still >= MEAN_TIME_CONSTANT && sway.dot(sway) > LARGEST_SWAY * LARGEST_SWAY
     }
 
     fn learn(&mut self, dt: f32) {
