@@ -7,10 +7,11 @@
 //! * Temperature moves a bias slowly and not far, so one once known is followed only within a
 //!   narrow gate, which opens as fast as temperature does and no further.
 //! * A bias is there in every rest and a turn is not: what contradicts the known bias must have
-//!   been seen at rest for longer than the known bias itself.
+//!   been seen at rest for twice as long as the known bias itself.
 //!
-//! What is left is a steady turn about the vertical that lasts longer than all rest before it. It
-//! costs heading, which is not observed anyway, and not inclination.
+//! What is left is a steady turn about the vertical: one slower than the gate, and one that lasts
+//! for minutes and twice as long as all rest before it. It costs heading, which is not observed
+//! anyway, and not inclination.
 
 use crate::attitude::{Continuity, Step};
 use crate::params::{DEGREE, ParamsError, in_range};
