@@ -42,8 +42,9 @@ const CONTRADICTION: f32 = 2.0;
 /// minutes of rest, …
 const LEAST_CONTRADICTION: f32 = 240.0;
 
-/// … and no more than this counts as the rest that the known bias rests on, s.
-const LONGEST_KNOWN: f32 = 1800.0;
+/// … and no more than this counts as the rest that the known bias rests on, s. Twice of it is what
+/// an f32 can count up to in steps of 0.1 ms.
+const LONGEST_KNOWN: f32 = 900.0;
 
 /// How much rest makes a bias known, s.
 const KNOWN_AFTER: f32 = 0.5;
