@@ -1,11 +1,16 @@
-//! The command line: `footfall replay`, `footfall decode`, `footfall evaluate`, and `footfall demo`,
-//! which is also what happens without a sub-command.
+//! The command line: one sub-command a task, and `footfall demo` where none is named.
 
-use std::path::PathBuf;
+mod attitude;
+mod calibrate;
+
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use estimator_core::{Gravity, WindowLength};
 use wire::NodeId;
+
+pub use attitude::AttitudeArguments;
+pub use calibrate::CalibrateArguments;
 
 use crate::config::{
     Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
@@ -42,6 +47,10 @@ pub enum Command {
     Decode(DecodeArguments),
     /// Score this estimator and the methods of others on the recordings that have labels
     Evaluate(EvaluateArguments),
+    /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
+    Attitude(AttitudeArguments),
+    /// Find half-widths in a few steps on good ground, or with --rests what is wrong with the sensor
+    Calibrate(CalibrateArguments),
 }
 
 /// What `footfall replay` takes. Later wins: preset, configuration file, options.
@@ -159,17 +168,16 @@ impl Arguments {
             Command::Demo(DemoArguments { out, seed }) => demo::run(&out, seed),
             Command::Decode(arguments) => arguments.run(),
             Command::Evaluate(arguments) => arguments.run(),
+            Command::Attitude(arguments) => arguments.run(),
+            Command::Calibrate(arguments) => arguments.run(),
         }
     }
 }
 
 impl ReplayArguments {
     fn run(self) -> Result<(), Error> {
-        let overrides = match &self.config {
-            Some(path) => Overrides::read(path)?,
-            None => Overrides::default(),
-        };
-        let config_name = self.config.as_ref().map(|path| path.display().to_string());
+        let configuration = Configuration::read(self.config.as_deref())?;
+        let overrides = &configuration.overrides;
         let opened = Opened::new(&self.input, self.format)?;
         let mut params = self.preset.params(opened.format());
         overrides.apply(&mut params);
@@ -177,14 +185,9 @@ impl ReplayArguments {
             params.window = window;
         }
         targets::check(&self.input, self.output.as_deref(), self.plot.as_deref())?;
-        let hints = Hints {
-            sample_rate: self.sample_rate.or(overrides.sample_rate_hz),
-            gravity: self.gravity.or(overrides.gravity),
-        };
+        let hints = configuration.hints(self.sample_rate, self.gravity)?;
         let loaded = opened.read(&hints)?;
-        for notice in &loaded.notices {
-            eprintln!("footfall: {notice}");
-        }
+        tell(&loaded.notices);
         let outputs = Outputs {
             samples: None,
             estimates: self.output,
@@ -198,8 +201,8 @@ impl ReplayArguments {
             },
         };
         let origins = Origins {
-            file: config_name.as_deref(),
-            overrides: &overrides,
+            file: configuration.name.as_deref(),
+            overrides,
             window: self.window,
             recording: &self.input.display().to_string(),
             sample_rate: match (self.sample_rate, overrides.sample_rate_hz) {
@@ -218,9 +221,7 @@ impl DecodeArguments {
     fn run(&self) -> Result<(), Error> {
         targets::check(&self.input, self.output.as_deref(), None)?;
         let decoded = decode::read(&self.input, &self.nodes)?;
-        for notice in &decoded.notices {
-            eprintln!("footfall: {notice}");
-        }
+        tell(&decoded.notices);
         if let Some(path) = &self.output {
             write_file(path, |to| write_rows(&decoded.rows, to))?;
         }
@@ -253,6 +254,40 @@ impl EvaluateArguments {
             print_text(&evaluation.full_tables(Style::Text))
         }
         .map_err(Error::Print)
+    }
+}
+
+/// Says what was left out or reinterpreted.
+fn tell(notices: &[String]) {
+    for notice in notices {
+        eprintln!("footfall: {notice}");
+    }
+}
+
+/// A configuration file, or one that changes nothing.
+struct Configuration {
+    /// The file as it was named.
+    name: Option<String>,
+    overrides: Overrides,
+}
+
+impl Configuration {
+    fn read(path: Option<&Path>) -> Result<Self, Error> {
+        Ok(Self {
+            name: path.map(|path| path.display().to_string()),
+            overrides: path.map(Overrides::read).transpose()?.unwrap_or_default(),
+        })
+    }
+
+    /// What readers are told, where options win.
+    fn hints(&self, sample_rate: Option<f32>, gravity: Option<Gravity>) -> Result<Hints, Error> {
+        Ok(Hints {
+            sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
+            gravity: gravity.or(self.overrides.gravity),
+            correction: self
+                .overrides
+                .correction(self.name.as_deref().unwrap_or_default())?,
+        })
     }
 }
 

@@ -5,6 +5,7 @@ use std::io;
 use estimator_core::ParamsError;
 use thiserror::Error;
 
+use crate::calibrate::CalibrationError;
 use crate::config::{ConfigError, Refusal};
 use crate::decode::DecodeError;
 use crate::input::InputError;
@@ -36,6 +37,9 @@ pub enum Error {
     /// The parameters are not valid, in the words of whoever set them.
     #[error(transparent)]
     Refused(#[from] Refusal),
+    /// The recordings do not tell what they should.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// A result could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),

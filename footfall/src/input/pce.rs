@@ -36,7 +36,7 @@ use estimator_core::{Axis, Load, Params, Saturation, Validity};
 use super::csv::label;
 use super::error::InputError;
 use super::table::{Row, Table};
-use super::{Hints, Loaded, imu_sample, steady_time};
+use super::{Correction, Hints, Loaded, imu_sample, steady_time};
 use crate::recording::{Label, RecordedSample, Recording};
 
 /// Rate of the ATLAS recordings, Hz.
@@ -82,7 +82,8 @@ pub type Wrench = [f64; 6];
 /// The first thing that is wrong with it, with file, line and column.
 pub(super) fn read_atlas(table: Table, hints: &Hints) -> Result<Loaded, InputError> {
     let sample_rate = hints.sample_rate.unwrap_or(ATLAS_SAMPLE_RATE);
-    let (mut recording, _) = read_table(table, LabelScheme::StableOrNot, sample_rate)?;
+    let correction = &hints.correction;
+    let (mut recording, _) = read_table(table, LabelScheme::StableOrNot, sample_rate, correction)?;
     recording.gravity = hints.gravity.unwrap_or(recording.gravity);
     Ok(Loaded {
         start_us: 0,
@@ -100,13 +101,19 @@ pub fn read_with_wrench(
     labels: LabelScheme,
     sample_rate: f32,
 ) -> Result<(Recording, Vec<Wrench>), InputError> {
-    read_table(Table::open(path)?, labels, sample_rate)
+    read_table(
+        Table::open(path)?,
+        labels,
+        sample_rate,
+        &Correction::default(),
+    )
 }
 
 fn read_table(
     mut table: Table,
     labels: LabelScheme,
     sample_rate: f32,
+    correction: &Correction,
 ) -> Result<(Recording, Vec<Wrench>), InputError> {
     let (mut samples, mut wrenches) = (Vec::new(), Vec::new());
     while let Some(row) = table.next_row()? {
@@ -118,7 +125,7 @@ fn read_table(
         let [fx, fy, fz, tx, ty, tz, ax, ay, az, wx, wy, wz, truth] = values;
         let time = steady_time(samples.len(), sample_rate);
         samples.push(RecordedSample {
-            imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid),
+            imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid, correction),
             load: Some(Load(fz as f32)),
             label: Some(match (labels, truth) {
                 (LabelScheme::ContactClass, 0.0) => Label::Stable,
@@ -169,7 +176,12 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputE
         .iter()
         .enumerate()
         .map(|(k, axes)| RecordedSample {
-            imu: imu_sample(steady_time(k, sample_rate), to_si(axes), go1_validity(axes)),
+            imu: imu_sample(
+                steady_time(k, sample_rate),
+                to_si(axes),
+                go1_validity(axes),
+                &hints.correction,
+            ),
             load: forces
                 .get(force_row(k))
                 .filter(|force| force.is_finite())

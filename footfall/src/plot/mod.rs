@@ -14,6 +14,7 @@
 //! highest and last value, so no peak is lost.
 
 mod decimate;
+pub mod distribution;
 pub mod histogram;
 pub mod reliability;
 
