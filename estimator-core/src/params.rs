@@ -104,7 +104,7 @@ impl Params {
     /// | field | value | reason |
     /// |---|---|---|
     /// | `sample_rate` | 1 kHz | the firmware's tick |
-    /// | `residual` | removed | a running foot stands too briefly for the attitude filter: 0.3 m/s² and more are left in the simulated run |
+    /// | `residual` | removed | a running foot stands too briefly for the attitude filter: what is left of gravity adds up to a slide, in the simulated run in every third stance |
     /// | `window` | 50 ms | the paper's 50 samples at the rate of its simulation; longer finds a landed foot later than after 60 ms |
     /// | `short_window` | 10 ms | a fifth of it: a slip of the foot shows in half of its samples after 5 ms. Below that, single samples decide |
     /// | `slide` | 5 mm/s over 70 ms | see [`SlideParams::DEFAULT`] |

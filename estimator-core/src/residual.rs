@@ -6,9 +6,9 @@
 //! stance, nor from one to the next, and a foot that is quiet has no acceleration: the mean over
 //! the quiet stretch is the error, and is taken out of every sample.
 //!
-//! What is learnt first counts most: the mean starts with the weight of [`START`] and so has half
-//! of the error after as long. It may be no more than what leaves a foot at rest inside its
-//! half-width ([`MARGIN`]), for otherwise a wrong residual would keep the foot from looking quiet,
+//! What is learnt first counts most: the mean starts with a weight of 20 ms and so has half of
+//! the error after as long. It may be no more than what leaves a foot at rest inside its
+//! half-width, for otherwise a wrong residual would keep the foot from looking quiet,
 //! and itself from being learnt anew; and without quiet it is forgotten.
 //!
 //! A foot on a platform that speeds up slowly looks at rest, as it does to anyone who stands there.
