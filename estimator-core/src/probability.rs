@@ -46,8 +46,6 @@ pub struct DensityEstimator<const CAPACITY: usize> {
     slide: Option<Slide>,
     /// Every axis at rest, according to the shortest window alone.
     newest: f32,
-    /// What the last sample led to.
-    probabilities: Probabilities,
 }
 
 impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
@@ -59,7 +57,6 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
             window: Window::new(config.window_length()).with_newest(config.short_window_length()),
             slide: config.slide.map(Slide::new),
             newest: 0.0,
-            probabilities: Probabilities::default(),
         }
     }
 
@@ -72,9 +69,14 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         angular_rate: AngularRate,
     ) -> Probabilities {
         let (a, w) = (acceleration.0, angular_rate.0);
-        let motion = PerAxis::from_array([a.x, a.y, a.z, w.x, w.y, w.z]);
-        self.window
-            .push(self.kernels.zip_with(motion, |kernel, m| kernel.mass(m)));
+        self.window.push(PerAxis {
+            ax: self.kernels.ax.mass(a.x),
+            ay: self.kernels.ay.mass(a.y),
+            az: self.kernels.az.mass(a.z),
+            wx: self.kernels.wx.mass(w.x),
+            wy: self.kernels.wy.mass(w.y),
+            wz: self.kernels.wz.mass(w.z),
+        });
         if let Some(slide) = &mut self.slide {
             slide.push(acceleration);
         }
@@ -89,29 +91,34 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         self.testify()
     }
 
-    /// Hears what the windows and the speed say now.
+    /// Hears what the windows and the speed say now, and remembers whether the foot is quiet.
     #[inline]
     fn testify(&mut self) -> Probabilities {
         let whole = self.window.mean();
-        let (mut axes, newest) = match self.window.mean_of_newest() {
+        let (axes, newest) = match self.window.mean_of_newest() {
             Some(newest) => (whole.zip_with(newest, lower), newest),
             None => (whole, whole),
         };
+        self.newest = Probabilities::from_axes(newest).stable;
+        Probabilities::from_axes(self.with_slide(axes))
+    }
+
+    #[inline]
+    fn with_slide(&self, mut axes: PerAxis<f32>) -> PerAxis<f32> {
         if let Some(slide) = &self.slide {
             let (x, y) = slide.probabilities();
             axes.ax = lower(axes.ax, x);
             axes.ay = lower(axes.ay, y);
         }
-        self.newest = Probabilities::from_axes(newest).stable;
-        self.probabilities = Probabilities::from_axes(axes);
-        self.probabilities
+        axes
     }
 
-    /// What the last sample led to; 0 where there is none.
-    #[inline]
+    /// What the windows and the speed say now. 0 where there is no sample.
     #[must_use]
-    pub const fn probabilities(&self) -> Probabilities {
-        self.probabilities
+    pub fn probabilities(&self) -> Probabilities {
+        let whole = self.window.mean();
+        let newest = self.window.mean_of_newest().unwrap_or(whole);
+        Probabilities::from_axes(self.with_slide(whole.zip_with(newest, lower)))
     }
 
     /// Forgets every sample: the probabilities are 0 until the next.
@@ -121,7 +128,6 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
             slide.clear();
         }
         self.newest = 0.0;
-        self.probabilities = Probabilities::default();
     }
 
     /// Whether the shortest window finds it more probable than not that every axis is at rest.

@@ -141,7 +141,7 @@ impl Slide {
             forget,
             x,
             y,
-        } = self.coefficients;
+        } = &self.coefficients;
         let add = |speed: f32, acceleration: f32, limit: f32| {
             let sum = speed + acceleration * period - speed * forget;
             // What is not a number is no rest either.

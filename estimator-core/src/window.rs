@@ -39,23 +39,36 @@ impl Trailing {
 
     /// Takes in the newest sample's masses; `oldest` are those from `length` samples before it.
     #[inline]
-    fn push(&mut self, masses: PerAxis<Mass>, oldest: PerAxis<Mass>) {
-        let leaving = if self.filled == self.length {
-            oldest
-        } else {
-            self.filled += 1;
-            PerAxis::splat(Mass::ZERO)
+    fn push(&mut self, masses: &PerAxis<Mass>, oldest: &PerAxis<Mass>) {
+        let full = self.filled == self.length;
+        self.filled += usize::from(!full);
+        // All bits where the oldest leave, none where there are none yet.
+        let leaving = u32::from(full).wrapping_neg();
+        // In place, axis by axis: an MCU would copy sums more often than it adds. Masses have 25
+        // bits, so their difference fits into 32 with its sign.
+        let change = |sum: &mut u64, mass: Mass, oldest: Mass| {
+            let difference = mass.steps() as i32 - (oldest.steps() & leaving) as i32;
+            *sum = sum.wrapping_add_signed(difference.into());
         };
-        self.sum = self
-            .sum
-            .zip_with(masses, |sum, mass| sum + u64::from(mass.steps()))
-            .zip_with(leaving, |sum, mass| sum - u64::from(mass.steps()));
+        change(&mut self.sum.ax, masses.ax, oldest.ax);
+        change(&mut self.sum.ay, masses.ay, oldest.ay);
+        change(&mut self.sum.az, masses.az, oldest.az);
+        change(&mut self.sum.wx, masses.wx, oldest.wx);
+        change(&mut self.sum.wy, masses.wy, oldest.wy);
+        change(&mut self.sum.wz, masses.wz, oldest.wz);
     }
 
     #[inline]
     fn mean(&self) -> PerAxis<f32> {
         let whole = number(self.filled.max(1) as u64 * u64::from(Mass::ONE.steps()));
-        self.sum.map(|sum| number(sum) / whole)
+        PerAxis {
+            ax: number(self.sum.ax) / whole,
+            ay: number(self.sum.ay) / whole,
+            az: number(self.sum.az) / whole,
+            wx: number(self.sum.wx) / whole,
+            wy: number(self.sum.wy) / whole,
+            wz: number(self.sum.wz) / whole,
+        }
     }
 }
 
@@ -109,15 +122,15 @@ impl<const CAPACITY: usize> Window<CAPACITY> {
                 None => self.next + self.whole.length - newest.length,
             };
             if let Some(leaving) = self.ring.get(place) {
-                newest.push(masses, *leaving);
+                newest.push(&masses, leaving);
             }
         }
         // `next` stays below `length`, which is at most CAPACITY: the slot is always there.
         let Some(slot) = self.ring.get_mut(self.next) else {
             return;
         };
-        let oldest = core::mem::replace(slot, masses);
-        self.whole.push(masses, oldest);
+        self.whole.push(&masses, slot);
+        *slot = masses;
         self.next += 1;
         if self.next == self.whole.length {
             self.next = 0;
