@@ -51,6 +51,9 @@ struct RunArguments {
     /// Where to write.
     #[arg(long)]
     out: PathBuf,
+    /// Write instructions a millisecond, one line a function, to this file.
+    #[arg(long, value_name = "FILE")]
+    profile: Option<PathBuf>,
 }
 
 /// Faults by name. `None` is one of the board's making, in force from the start.
@@ -156,6 +159,9 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
             .collect(),
     };
     let report = report::run(&mut board, &run, &arguments.out)?;
+    if let Some(file) = &arguments.profile {
+        std::fs::write(file, report::profile(&board, run.milliseconds))?;
+    }
     println!("{report:#}");
     Ok(())
 }
