@@ -204,23 +204,29 @@ impl Encoded {
 /// or not that one could be sent.
 #[must_use]
 pub fn encode(sequence: u16, message: &Message) -> Encoded {
-    let mut plain = [0; MAX_DECODED];
-    let mut writer = Writer::new(&mut plain);
+    let mut bytes = [0; MAX_FRAME];
+    // Written where it stays: after a zero and the first distance of COBS.
+    let [_zero, _distance, plain @ ..] = &mut bytes;
+    let mut writer = Writer::new(plain);
     writer.u8(VERSION);
     writer.u8(message.kind().code());
     writer.u16(sequence);
     message.write(&mut writer);
     // Every message is shorter than the longest payload; a test sends the longest of each.
     let length = writer.finish().unwrap_or(0);
-    let check = CRC.checksum(plain.get(..length).unwrap_or(&[]));
-    for (to, from) in plain.iter_mut().skip(length).zip(check.to_le_bytes()) {
-        *to = from;
+    if let Some((body, rest)) = plain.split_at_mut_checked(length)
+        && let Some(place) = rest.first_chunk_mut::<CHECK>()
+    {
+        *place = CRC.checksum(body).to_le_bytes();
     }
-    let mut bytes = [0; MAX_FRAME];
-    let plain = plain.get(..length + CHECK).unwrap_or(&[]);
+    // A distance before it, and a zero after it.
+    let end = length + CHECK + 2;
     let [_zero, coded @ ..] = &mut bytes;
-    let length = 1 + cobs::encode(plain, coded);
-    Encoded { bytes, length }
+    cobs::encode(coded.get_mut(..end).unwrap_or(&mut []));
+    Encoded {
+        bytes,
+        length: 1 + end,
+    }
 }
 
 /// Why a decoded frame is not one of ours.
