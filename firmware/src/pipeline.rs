@@ -15,7 +15,7 @@ use estimator_core::{
 use lsm6dsox::scale::FullScale;
 use wire::dictionary::index;
 use wire::node::{BootCause, Crash, State};
-use wire::pdo::{Quantity, TEMPERATURE_STEP};
+use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadSource, WINDOW_CAPACITY};
 use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
 use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage};
@@ -250,7 +250,7 @@ impl Foot {
             Input::Uart(message) => {
                 let outcome = commands::answer(&mut self.node, message);
                 if let Some(response) = outcome.response {
-                    self.push_uart(Lane::Answer, response, ports);
+                    self.push_uart(Lane::Answer, &response, ports);
                 }
                 if let Some(event) = outcome.event {
                     let address = outcome.address.unwrap_or(Address::new(0, 0));
@@ -332,7 +332,7 @@ impl Foot {
                 }
             }
             Asker::Uart(address) => {
-                self.push_uart(Lane::Answer, commands::finished(address, result), ports);
+                self.push_uart(Lane::Answer, &commands::finished(address, result), ports);
             }
         }
     }
@@ -467,7 +467,7 @@ impl Foot {
         let (node, counters) = (&mut self.node, &self.counters);
         node.tick(&self.estimate, self.temperature, counters, |frame| {
             if with_can {
-                dropped += ports.push_can(lane_of(&frame), frame);
+                dropped += ports.push_can(lane_of(&frame), &frame);
             }
         });
         self.counters.add(Counter::CanDropped, dropped);
@@ -487,12 +487,12 @@ impl Foot {
         let is_due = |every: u16| every != 0 && ticks.is_multiple_of(u32::from(every));
         if is_due(streams.contact) {
             let contact = ContactMessage::new(&self.estimate, self.node.faults());
-            self.push_uart(Lane::Stream, Message::Contact(contact), ports);
+            self.push_uart(Lane::Stream, &Message::Contact(contact), ports);
         }
         if is_due(streams.raw)
             && let Some(raw) = raw_message(measurement)
         {
-            self.push_uart(Lane::Stream, Message::Raw(raw), ports);
+            self.push_uart(Lane::Stream, &Message::Raw(raw), ports);
         }
         if is_due(streams.health) {
             let health = HealthMessage {
@@ -505,7 +505,7 @@ impl Foot {
                 counters: self.counters,
                 unknown_faults: 0,
             };
-            self.push_uart(Lane::Stream, Message::Health(health), ports);
+            self.push_uart(Lane::Stream, &Message::Health(health), ports);
         }
     }
 
@@ -549,21 +549,21 @@ impl Foot {
     fn log<M: RawMutex>(&mut self, level: u8, text: &str, ports: &Ports<M>) {
         if level <= self.settings().log_level() {
             let line = LogMessage::new(level, text);
-            self.push_uart(Lane::Answer, Message::Log(line), ports);
+            self.push_uart(Lane::Answer, &Message::Log(line), ports);
         }
     }
 
     fn push_can<M: RawMutex>(&mut self, lane: Lane, frame: CanFrame, ports: &Ports<M>) {
         if self.with_can {
-            let dropped = ports.push_can(lane, frame);
+            let dropped = ports.push_can(lane, &frame);
             self.counters.add(Counter::CanDropped, dropped);
         }
     }
 
-    fn push_uart<M: RawMutex>(&mut self, lane: Lane, message: Message, ports: &Ports<M>) {
+    fn push_uart<M: RawMutex>(&mut self, lane: Lane, message: &Message, ports: &Ports<M>) {
         let sequence = self.uart_sequence;
         self.uart_sequence = sequence.wrapping_add(1);
-        let dropped = ports.push_uart(lane, uart::Frame { sequence, message });
+        let dropped = ports.push_uart(lane, &uart::encode(sequence, message));
         self.counters.add(Counter::UartDropped, dropped);
     }
 }
@@ -572,9 +572,12 @@ impl Foot {
 const ERROR: u8 = 1;
 const INFORMATION: u8 = 3;
 
-/// Process data are a stream; emergencies (0x080) and heartbeats (0x700) are not.
+/// Process data are a stream, the contact before all others; emergencies (0x080) and heartbeats
+/// (0x700) are not.
 const fn lane_of(frame: &CanFrame) -> Lane {
+    const CONTACT: u16 = Pdo::Contact.base();
     match frame.id() & 0x780 {
+        CONTACT => Lane::Estimate,
         0x080 | 0x700 => Lane::Answer,
         _ => Lane::Stream,
     }

@@ -68,8 +68,10 @@ pub enum Request {
 /// The queues between the sampling loop and everything slower.
 #[derive(Debug)]
 pub struct Ports<M: RawMutex> {
-    can: Outlet<M, CanFrame, 16, 16>,
-    uart: Outlet<M, uart::Frame, 8, 8>,
+    can: Outlet<M, CanFrame, 16, 16, 16>,
+    /// What may take a frame to the bus at once.
+    bus: fn(&CanFrame) -> bool,
+    uart: Outlet<M, uart::Encoded, 0, 8, 8>,
     inputs: Channel<M, Input, 16>,
     requests: Channel<M, Request, 2>,
     reloaded: Channel<M, Settings, 1>,
@@ -87,8 +89,17 @@ impl<M: RawMutex> Ports<M> {
     /// Empty queues.
     #[must_use]
     pub const fn new() -> Self {
+        Self::with_bus(|_| false)
+    }
+
+    /// Empty queues, and a controller that takes frames past them while it has room: `bus` sends a
+    /// frame at once, or says that it cannot. It is called with the queue locked, and also where
+    /// the queue is emptied, so that it is never called twice at the same time.
+    #[must_use]
+    pub const fn with_bus(bus: fn(&CanFrame) -> bool) -> Self {
         Self {
             can: Outlet::new(),
+            bus,
             uart: Outlet::new(),
             inputs: Channel::new(),
             requests: Channel::new(),
@@ -97,9 +108,27 @@ impl<M: RawMutex> Ports<M> {
         }
     }
 
-    /// Waits for the next frame for the CAN bus.
-    pub async fn next_can(&self) -> CanFrame {
-        self.can.next().await
+    /// Waits until there are frames for the CAN bus, or for [`call`](Self::call).
+    pub async fn can_ready(&self) {
+        self.can.ready().await;
+    }
+
+    /// Whether no frame waits for the CAN bus.
+    pub fn can_is_empty(&self) -> bool {
+        self.can.is_empty()
+    }
+
+    /// Sends frames until the bus takes no more of those that are next.
+    pub fn send_can(&self) {
+        while (self.can)
+            .take(|frame| (self.bus)(frame).then_some(()))
+            .is_some()
+        {}
+    }
+
+    /// Gives up the process data that wait for the CAN bus: how many frames those were.
+    pub fn give_up_can(&self) -> u32 {
+        self.can.clear(Lane::Estimate) + self.can.clear(Lane::Stream)
     }
 
     /// The next frame for the CAN bus, if there is one.
@@ -107,16 +136,38 @@ impl<M: RawMutex> Ports<M> {
         self.can.try_next()
     }
 
-    /// Waits for the next frame for the UART.
-    pub async fn next_uart(&self) -> uart::Encoded {
-        let uart::Frame { sequence, message } = self.uart.next().await;
-        uart::encode(sequence, &message)
+    /// Waits until there are frames for the UART, or for [`call`](Self::call).
+    pub async fn uart_ready(&self) {
+        self.uart.ready().await;
+    }
+
+    /// Moves frames for the UART to `room`, as many as there are and as fit: how many bytes. Room
+    /// for fewer than [`uart::MAX_FRAME`] may never be enough.
+    pub fn take_uart(&self, room: &mut [u8]) -> usize {
+        let mut used = 0;
+        loop {
+            let taken = self.uart.take(|frame| {
+                let bytes = frame.as_bytes();
+                let end = used + bytes.len();
+                room.get_mut(used..end)?.copy_from_slice(bytes);
+                Some(end)
+            });
+            match taken {
+                Some(end) => used = end,
+                None => return used,
+            }
+        }
     }
 
     /// The next frame for the UART, if there is one.
     pub fn try_next_uart(&self) -> Option<uart::Encoded> {
-        let uart::Frame { sequence, message } = self.uart.try_next()?;
-        Some(uart::encode(sequence, &message))
+        self.uart.try_next()
+    }
+
+    /// Has the tasks that empty the queues look up and report their [`Progress`], where they can.
+    pub fn call(&self) {
+        self.can.call();
+        self.uart.call();
     }
 
     /// Waits for the next thing that the foot wants done.
@@ -145,12 +196,12 @@ impl<M: RawMutex> Ports<M> {
         self.reloaded.send(settings).await;
     }
 
-    pub(crate) fn push_can(&self, lane: Lane, frame: CanFrame) -> u32 {
-        self.can.push(lane, frame)
+    pub(crate) fn push_can(&self, lane: Lane, frame: &CanFrame) -> u32 {
+        self.can.push(lane, frame, self.bus)
     }
 
-    pub(crate) fn push_uart(&self, lane: Lane, frame: uart::Frame) -> u32 {
-        self.uart.push(lane, frame)
+    pub(crate) fn push_uart(&self, lane: Lane, frame: &uart::Encoded) -> u32 {
+        self.uart.push(lane, frame, |_| false)
     }
 
     pub(crate) fn request(&self, request: Request) -> bool {

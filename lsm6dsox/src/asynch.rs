@@ -142,8 +142,12 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`Error::Status`] where what came back cannot be a sample, [`Error::Unconfigured`] where
     /// the part is not known to hold the configuration.
     pub async fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
-        let config = self.held.ok_or(Error::Unconfigured)?;
-        self.sample_as(&config).await
+        if self.held.is_none() {
+            return Err(Error::Unconfigured);
+        }
+        let bytes = self.burst().await?;
+        let config = self.held.as_ref().ok_or(Error::Unconfigured)?;
+        decode(&bytes, config)
     }
 
     /// Reads `STATUS_REG` alone.
@@ -350,16 +354,17 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     async fn sample_as(&mut self, config: &Config) -> Result<RawSample, Error<SPI::Error>> {
+        decode(&self.burst().await?, config)
+    }
+
+    async fn burst(&mut self) -> Result<[u8; SAMPLE_BYTES], Error<SPI::Error>> {
         const FRAME: usize = SAMPLE_BYTES + 1;
         let mut frame = [0; FRAME];
         let [address, ..] = &mut frame;
         *address = register::STATUS_REG.read_address();
         self.transfer(&mut frame).await?;
         let [_, sample @ ..] = frame;
-        RawSample::decode(&sample, config).map_err(|read| Error::Status {
-            register: register::STATUS_REG,
-            read,
-        })
+        Ok(sample)
     }
 
     async fn read(&mut self, register: Register) -> Result<u8, Error<SPI::Error>> {
@@ -376,6 +381,13 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     async fn transfer(&mut self, frame: &mut [u8]) -> Result<(), Error<SPI::Error>> {
         Ok(self.spi.transfer_in_place(frame).await?)
     }
+}
+
+fn decode<E>(bytes: &[u8; SAMPLE_BYTES], config: &Config) -> Result<RawSample, Error<E>> {
+    RawSample::decode(bytes, config).map_err(|read| Error::Status {
+        register: register::STATUS_REG,
+        read,
+    })
 }
 
 /// Mean of the self-test's samples, SI.
