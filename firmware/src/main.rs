@@ -44,7 +44,7 @@ use board::crash::Reset;
 use board::flash::ConfigFlash;
 
 /// All that the levels share.
-static PORTS: Ports<CriticalSectionRawMutex> = Ports::with_bus(board::can::try_send);
+static PORTS: Ports<CriticalSectionRawMutex> = Ports::new();
 
 /// What the LED shows: the stage's code, and [`TROUBLE`] while a fault lasts.
 static LIGHT: AtomicU8 = AtomicU8::new(0);
@@ -177,7 +177,7 @@ async fn send_can(mut can: board::can::Sender) {
     loop {
         PORTS.can_ready().await;
         PORTS.progress.report(Worker::Can);
-        PORTS.send_can();
+        PORTS.send_can(board::can::try_send);
         if !PORTS.can_is_empty() && with_timeout(BUS_PATIENCE, can.freed()).await.is_err() {
             let count = can.withdraw(&PROCESS_DATA) + PORTS.give_up_can();
             if count > 0 {
@@ -352,8 +352,9 @@ fn introduce(start: &Start, origin: Origin) {
 #[inline(never)]
 fn make_foot(settings: wire::Settings, start: Start) -> Option<&'static mut Foot> {
     static FOOT: StaticCell<Foot> = StaticCell::new();
-    let foot = Foot::new(settings, start).ok()?;
-    Some(FOOT.init(foot))
+    let foot = FOOT.init(Foot::new(settings, start).ok()?);
+    foot.set_bus(board::can::try_send);
+    Some(foot)
 }
 
 /// Spawns a task of which there is one.

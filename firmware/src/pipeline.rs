@@ -22,7 +22,7 @@ use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, 
 
 use crate::calibration::{Calibration, News};
 use crate::commands;
-use crate::ports::{BusState, Input, Ports, Request};
+use crate::ports::{Bus, BusState, Input, Ports, Request};
 use crate::sampling::{Activity, Measurement, Tick, Trouble};
 use crate::supervision::{Fading, Hysteresis, Worker};
 use crate::telemetry::Lane;
@@ -90,6 +90,8 @@ pub struct Foot {
     can_lost: u32,
     start: Option<Start>,
     with_can: bool,
+    /// What takes frames past their queue.
+    sends: Bus,
     storing: Option<Asker>,
     /// A request that did not get through yet.
     wanted: Option<Request>,
@@ -121,11 +123,17 @@ impl Foot {
             can_lost: 0,
             start: Some(start),
             with_can: !start.crystal_missing,
+            sends: |_| false,
             storing: None,
             wanted: None,
             ticks: 0,
             uart_sequence: 0,
         })
+    }
+
+    /// From now on `bus` gets each frame first; what it does not take waits in its queue.
+    pub const fn set_bus(&mut self, bus: Bus) {
+        self.sends = bus;
     }
 
     /// Its settings.
@@ -462,12 +470,12 @@ impl Foot {
     }
 
     fn send_can<M: RawMutex>(&mut self, ports: &Ports<M>) {
-        let with_can = self.with_can;
+        let (with_can, bus) = (self.with_can, self.sends);
         let mut dropped = 0;
         let (node, counters) = (&mut self.node, &self.counters);
         node.tick(&self.estimate, self.temperature, counters, |frame| {
             if with_can {
-                dropped += ports.push_can(lane_of(&frame), &frame);
+                dropped += ports.push_can(lane_of(&frame), &frame, bus);
             }
         });
         self.counters.add(Counter::CanDropped, dropped);
@@ -555,7 +563,7 @@ impl Foot {
 
     fn push_can<M: RawMutex>(&mut self, lane: Lane, frame: CanFrame, ports: &Ports<M>) {
         if self.with_can {
-            let dropped = ports.push_can(lane, &frame);
+            let dropped = ports.push_can(lane, &frame, self.sends);
             self.counters.add(Counter::CanDropped, dropped);
         }
     }

@@ -47,6 +47,10 @@ pub enum BusState {
     Off,
 }
 
+/// A CAN controller that sends a frame at once, or says `false`: not now. It is called with the
+/// queue for CAN locked, so never twice at the same time.
+pub type Bus = fn(&CanFrame) -> bool;
+
 /// Something the foot wants done.
 #[expect(
     clippy::large_enum_variant,
@@ -69,8 +73,6 @@ pub enum Request {
 #[derive(Debug)]
 pub struct Ports<M: RawMutex> {
     can: Outlet<M, CanFrame, 16, 16, 16>,
-    /// What may take a frame to the bus at once.
-    bus: fn(&CanFrame) -> bool,
     uart: Outlet<M, uart::Encoded, 0, 8, 8>,
     inputs: Channel<M, Input, 16>,
     requests: Channel<M, Request, 2>,
@@ -89,17 +91,8 @@ impl<M: RawMutex> Ports<M> {
     /// Empty queues.
     #[must_use]
     pub const fn new() -> Self {
-        Self::with_bus(|_| false)
-    }
-
-    /// Empty queues, and a controller that takes frames past them while it has room: `bus` sends a
-    /// frame at once, or says that it cannot. It is called with the queue locked, and also where
-    /// the queue is emptied, so that it is never called twice at the same time.
-    #[must_use]
-    pub const fn with_bus(bus: fn(&CanFrame) -> bool) -> Self {
         Self {
             can: Outlet::new(),
-            bus,
             uart: Outlet::new(),
             inputs: Channel::new(),
             requests: Channel::new(),
@@ -118,12 +111,9 @@ impl<M: RawMutex> Ports<M> {
         self.can.is_empty()
     }
 
-    /// Sends frames until the bus takes no more of those that are next.
-    pub fn send_can(&self) {
-        while (self.can)
-            .take(|frame| (self.bus)(frame).then_some(()))
-            .is_some()
-        {}
+    /// Has `bus` send the frames that wait, until it takes none of those that are next.
+    pub fn send_can(&self, bus: Bus) {
+        while self.can.take(|frame| bus(frame).then_some(())).is_some() {}
     }
 
     /// Gives up the process data that wait for the CAN bus: how many frames those were.
@@ -196,8 +186,8 @@ impl<M: RawMutex> Ports<M> {
         self.reloaded.send(settings).await;
     }
 
-    pub(crate) fn push_can(&self, lane: Lane, frame: &CanFrame) -> u32 {
-        self.can.push(lane, frame, self.bus)
+    pub(crate) fn push_can(&self, lane: Lane, frame: &CanFrame, bus: Bus) -> u32 {
+        self.can.push(lane, frame, bus)
     }
 
     pub(crate) fn push_uart(&self, lane: Lane, frame: &uart::Encoded) -> u32 {
