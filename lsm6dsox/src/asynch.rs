@@ -145,9 +145,12 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         if self.held.is_none() {
             return Err(Error::Unconfigured);
         }
-        let bytes = self.burst().await?;
+        let mut frame = BURST;
+        // Straight to the bus: this is what each tick does, and each future in between costs.
+        let mut operations = [Operation::TransferInPlace(&mut frame)];
+        self.spi.transaction(&mut operations).await?;
         let config = self.held.as_ref().ok_or(Error::Unconfigured)?;
-        decode(&bytes, config)
+        decode(&frame, config)
     }
 
     /// Reads `STATUS_REG` alone.
@@ -354,22 +357,16 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     async fn sample_as(&mut self, config: &Config) -> Result<RawSample, Error<SPI::Error>> {
-        decode(&self.burst().await?, config)
-    }
-
-    async fn burst(&mut self) -> Result<[u8; SAMPLE_BYTES], Error<SPI::Error>> {
-        const FRAME: usize = SAMPLE_BYTES + 1;
-        let mut frame = [0; FRAME];
-        let [address, ..] = &mut frame;
-        *address = register::STATUS_REG.read_address();
+        let mut frame = BURST;
         self.transfer(&mut frame).await?;
-        let [_, sample @ ..] = frame;
-        Ok(sample)
+        decode(&frame, config)
     }
 
     async fn read(&mut self, register: Register) -> Result<u8, Error<SPI::Error>> {
         let mut frame = [register.read_address(), 0];
-        self.transfer(&mut frame).await?;
+        // As in `sample`.
+        let mut operations = [Operation::TransferInPlace(&mut frame)];
+        self.spi.transaction(&mut operations).await?;
         let [_, value] = frame;
         Ok(value)
     }
@@ -383,7 +380,19 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 }
 
-fn decode<E>(bytes: &[u8; SAMPLE_BYTES], config: &Config) -> Result<RawSample, Error<E>> {
+/// What asks for a sample: an address, and room for what comes.
+const BURST: [u8; SAMPLE_BYTES + 1] = {
+    let mut frame = [0; SAMPLE_BYTES + 1];
+    let [address, ..] = &mut frame;
+    *address = register::STATUS_REG.read_address();
+    frame
+};
+
+/// The sample in a burst.
+fn decode<E>(
+    [_, bytes @ ..]: &[u8; SAMPLE_BYTES + 1],
+    config: &Config,
+) -> Result<RawSample, Error<E>> {
     RawSample::decode(bytes, config).map_err(|read| Error::Status {
         register: register::STATUS_REG,
         read,
