@@ -21,7 +21,7 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
-use embassy_futures::select::select;
+use embassy_futures::select::{Either, select};
 use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::peripherals::IWDG;
@@ -206,12 +206,17 @@ async fn send_uart(mut uart: board::uart::Sender) {
     let mut batch = [0; UART_BATCH];
     loop {
         let length = PORTS.take_uart(&mut batch);
-        if let Some(bytes) = batch.get(..length).filter(|bytes| !bytes.is_empty()) {
-            uart.send(bytes).await;
-        } else {
-            select(PORTS.uart_ready(), UART_RATE.wait()).await;
-        }
-        if let Some(rate) = UART_RATE.try_take() {
+        let rate = match batch.get(..length) {
+            Some(bytes @ [_, ..]) => {
+                uart.send(bytes).await;
+                UART_RATE.try_take()
+            }
+            _ => match select(PORTS.uart_ready(), UART_RATE.wait()).await {
+                Either::First(()) => None,
+                Either::Second(rate) => Some(rate),
+            },
+        };
+        if let Some(rate) = rate {
             uart.set_rate(rate).await;
         }
         PORTS.progress.report(Worker::Uart);
@@ -352,7 +357,8 @@ fn introduce(start: &Start, origin: Origin) {
 #[inline(never)]
 fn make_foot(settings: wire::Settings, start: Start) -> Option<&'static mut Foot> {
     static FOOT: StaticCell<Foot> = StaticCell::new();
-    let foot = FOOT.init(Foot::new(settings, start).ok()?);
+    let config = settings.params().validate().ok()?;
+    let foot = FOOT.init_with(|| Foot::with_config(settings, &config, start));
     foot.set_bus(board::can::try_send);
     Some(foot)
 }

@@ -5,7 +5,7 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use estimator_core::Timestamp;
-use wire::uart::{self, Message};
+use wire::uart::{self, Message, Payload};
 use wire::{CanFrame, Settings};
 
 use crate::supervision::Progress;
@@ -72,8 +72,8 @@ pub enum Request {
 /// The queues between the sampling loop and everything slower.
 #[derive(Debug)]
 pub struct Ports<M: RawMutex> {
-    can: Outlet<M, CanFrame, 16, 16, 16>,
-    uart: Outlet<M, uart::Encoded, 0, 8, 8>,
+    can: Outlet<M, CanFrame, 16, 16, 16, 16>,
+    uart: Outlet<M, uart::Encoded, 0, 0, 8, 8>,
     inputs: Channel<M, Input, 16>,
     requests: Channel<M, Request, 2>,
     reloaded: Channel<M, Settings, 1>,
@@ -92,8 +92,8 @@ impl<M: RawMutex> Ports<M> {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            can: Outlet::new(),
-            uart: Outlet::new(),
+            can: Outlet::new(CanFrame::EMPTY),
+            uart: Outlet::new(uart::Encoded::EMPTY),
             inputs: Channel::new(),
             requests: Channel::new(),
             reloaded: Channel::new(),
@@ -113,7 +113,7 @@ impl<M: RawMutex> Ports<M> {
 
     /// Has `bus` send the frames that wait, until it takes none of those that are next.
     pub fn send_can(&self, bus: Bus) {
-        while self.can.take(|frame| bus(frame).then_some(())).is_some() {}
+        self.can.take_all(bus);
     }
 
     /// Gives up the process data that wait for the CAN bus: how many frames those were.
@@ -135,18 +135,17 @@ impl<M: RawMutex> Ports<M> {
     /// for fewer than [`uart::MAX_FRAME`] may never be enough.
     pub fn take_uart(&self, room: &mut [u8]) -> usize {
         let mut used = 0;
-        loop {
-            let taken = self.uart.take(|frame| {
-                let bytes = frame.as_bytes();
-                let end = used + bytes.len();
-                room.get_mut(used..end)?.copy_from_slice(bytes);
-                Some(end)
-            });
-            match taken {
-                Some(end) => used = end,
-                None => return used,
-            }
-        }
+        self.uart.take_all(|frame| {
+            let bytes = frame.as_bytes();
+            let end = used + bytes.len();
+            let Some(place) = room.get_mut(used..end) else {
+                return false;
+            };
+            place.copy_from_slice(bytes);
+            used = end;
+            true
+        });
+        used
     }
 
     /// The next frame for the UART, if there is one.
@@ -190,8 +189,10 @@ impl<M: RawMutex> Ports<M> {
         self.can.push(lane, frame, bus)
     }
 
-    pub(crate) fn push_uart(&self, lane: Lane, frame: &uart::Encoded) -> u32 {
-        self.uart.push(lane, frame, |_| false)
+    pub(crate) fn push_uart(&self, lane: Lane, sequence: u16, message: &impl Payload) -> u32 {
+        self.uart.push_in_place(lane, |frame| {
+            uart::encode_into(frame, sequence, message);
+        })
     }
 
     pub(crate) fn request(&self, request: Request) -> bool {
@@ -199,10 +200,17 @@ impl<M: RawMutex> Ports<M> {
     }
 
     pub(crate) fn take_input(&self) -> Option<Input> {
+        // Mostly there is none, and nothing that is not there is moved about.
+        if self.inputs.is_empty() {
+            return None;
+        }
         self.inputs.try_receive().ok()
     }
 
     pub(crate) fn take_reloaded(&self) -> Option<Settings> {
+        if self.reloaded.is_empty() {
+            return None;
+        }
         self.reloaded.try_receive().ok()
     }
 }

@@ -10,7 +10,7 @@
 //! |---|---|---|
 //! | no edge, nothing new, a status that no part sends | three bad ticks within twenty | 3 ticks |
 //! | outputs that repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 4 ticks |
-//! | another identity, data rates gone, as after a reset | read back in turns, one register after each tick | 4 ticks |
+//! | another identity, data rates gone, as after a reset | read back in turns, one register a tick | 4 ticks |
 //! | any other register of the configuration | as above | 64 ticks |
 //! | edges too many or too few, where they are counted | three bad ticks within twenty | 3 ticks |
 //! | at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
@@ -140,8 +140,6 @@ pub struct Sensor<SPI> {
     watch: Watch,
     activity: Activity,
     restarts: u32,
-    /// What was found wrong since the last sample.
-    found: Option<Trouble>,
 }
 
 /// What the recent ticks were like.
@@ -184,12 +182,10 @@ impl<SPI: SpiDevice> Sensor<SPI> {
             watch: Watch::default(),
             activity: Activity::Starting,
             restarts: 0,
-            found: None,
         }
     }
 
-    /// Reads the sample of a tick. What [`look_at_one_register`](Self::look_at_one_register) found
-    /// after the tick before counts for it.
+    /// Reads the sample of a tick, and one register back.
     pub async fn measure(&mut self, tick: &Tick) -> Measurement {
         self.watch.turn = self.watch.turn.wrapping_add(1);
         let read = self.driver.sample().await;
@@ -201,7 +197,7 @@ impl<SPI: SpiDevice> Sensor<SPI> {
         };
         let trouble = match self.watch.judge(doubt, time) {
             Some(doubt) => Some(self.diagnose(doubt, time).await),
-            None => self.found.take(),
+            None => self.look_at_one_register(time).await,
         };
         let mut sample = match &raw {
             Some(raw) => imu::imu_sample(raw, time),
@@ -235,18 +231,16 @@ impl<SPI: SpiDevice> Sensor<SPI> {
         }
     }
 
-    /// In turns the identity and a data rate, which are what a failed sensor loses, and one of the
-    /// rest of the configuration. A difference counts once it has been read twice, and the identity
-    /// is not that of a line at rest: then there is nothing new to read either, and bad ticks tell.
-    ///
-    /// To be called when the tick has been served, so that no estimate waits for it: the next tick
-    /// has what was found.
+    /// Every other tick the identity or a data rate, which are what a failed sensor loses;
+    /// in between the rest of the configuration, one after the other. A difference counts once it
+    /// has been read twice, and the identity is not that of a line at rest: then there is nothing
+    /// new to read either, and bad ticks tell.
     async fn look_at_one_register(&mut self, now: Timestamp) -> Option<Trouble> {
         let turn = self.watch.turn;
-        let which = match turn % 3 {
+        let which = match turn % 4 {
             0 => None,
-            1 => WRITES.len().checked_sub(1),
-            _ => (turn / 3).checked_rem(WRITES.len()),
+            2 => WRITES.len().checked_sub(1),
+            _ => (turn / 2).checked_rem(WRITES.len()),
         };
         let write = which.and_then(|which| WRITES.get(which).copied());
         for _ in 0..2 {
@@ -337,7 +331,6 @@ impl<SPI: SpiDevice> Sensor<SPI> {
         let result = self.driver.init(delay).await;
         result.map_err(|error| self.trouble_of(&error))?;
         let turn = self.watch.turn;
-        self.found = None;
         self.watch = Watch {
             turn,
             ..Watch::default()
@@ -372,13 +365,14 @@ impl Watch {
         } else {
             self.without_edge.saturating_add(1)
         };
-        self.saturated_ticks = if raw.is_fresh() && raw.is_saturated() {
+        let saturated = raw.is_saturated();
+        self.saturated_ticks = if raw.is_fresh() && saturated {
             self.saturated_ticks.saturating_add(1)
         } else {
             0
         };
         // At the end of the range repeats are no sign of anything.
-        if !raw.is_saturated() {
+        if !saturated {
             self.frozen.update(raw);
         }
         if tick.edge.is_none() {
@@ -456,10 +450,6 @@ pub async fn run<SPI: SpiDevice>(
                 failures = 0;
             }
             each(&tick, &measurement);
-            if sensor.activity == Activity::Measuring {
-                let time = measurement.sample.timestamp;
-                sensor.found = sensor.look_at_one_register(time).await;
-            }
         }
         // A first failure is followed by another attempt at once.
         let (first, longest) = BACK_OFF_TICKS;

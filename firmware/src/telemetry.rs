@@ -1,9 +1,9 @@
 //! Frames on their way out: bounded queues in which the newest win.
 //!
-//! Each way out has three lanes. Estimates go first: nothing that anybody asks for makes them
-//! late. Answers, emergencies and heartbeats are rare and go before the stream, which goes when
-//! there is nothing else. Where nobody takes anything any more, each lane drops its oldest, counts
-//! it, and goes on: whoever puts something in never waits.
+//! Each way out has four lanes. Notices are rare and go first. Then come estimates: nothing that
+//! anybody asks for makes them late. Answers go before the stream, which goes when there is nothing
+//! else. Where nobody takes anything any more, each lane drops its oldest, counts it, and goes on:
+//! whoever puts something in never waits.
 
 use core::cell::RefCell;
 use core::future::poll_fn;
@@ -13,12 +13,14 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::waitqueue::WakerRegistration;
 
-/// Which of three lanes something takes.
+/// Which of four lanes something takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
-    /// What the foot is for: goes first.
+    /// What the foot says of itself now and then: that it is there, what is wrong. Goes first.
+    Notice,
+    /// What the foot is for, each tick.
     Estimate,
-    /// Rare, and goes before the stream.
+    /// What somebody asked for: as many as they like.
     Answer,
     /// What is sent again and again.
     Stream,
@@ -26,24 +28,32 @@ pub enum Lane {
 
 impl Lane {
     /// All of them, the one that goes first first.
-    pub const ALL: [Self; 3] = [Self::Estimate, Self::Answer, Self::Stream];
+    pub const ALL: [Self; 4] = [Self::Notice, Self::Estimate, Self::Answer, Self::Stream];
 }
 
-/// A way out with lanes of room for `ESTIMATES`, `ANSWERS` and `STREAM`.
+/// A way out with lanes of room for `NOTICES`, `ESTIMATES`, `ANSWERS` and `STREAM`.
 #[derive(Debug)]
 pub struct Outlet<
     M: RawMutex,
     T,
+    const NOTICES: usize,
     const ESTIMATES: usize,
     const ANSWERS: usize,
     const STREAM: usize,
->(Mutex<M, RefCell<Lanes<T, ESTIMATES, ANSWERS, STREAM>>>);
+>(Mutex<M, RefCell<Lanes<T, NOTICES, ESTIMATES, ANSWERS, STREAM>>>);
 
 #[derive(Debug)]
-struct Lanes<T, const ESTIMATES: usize, const ANSWERS: usize, const STREAM: usize> {
-    estimates: [Option<T>; ESTIMATES],
-    answers: [Option<T>; ANSWERS],
-    stream: [Option<T>; STREAM],
+struct Lanes<
+    T,
+    const NOTICES: usize,
+    const ESTIMATES: usize,
+    const ANSWERS: usize,
+    const STREAM: usize,
+> {
+    notices: [T; NOTICES],
+    estimates: [T; ESTIMATES],
+    answers: [T; ANSWERS],
+    stream: [T; STREAM],
     orders: [Order; Lane::ALL.len()],
     /// Who takes things out is to look up, whether or not there is something.
     called: bool,
@@ -69,30 +79,43 @@ impl Order {
         self.count = self.count.saturating_sub(1);
     }
 
-    /// Puts something in; tells how many had to go for it.
-    fn push<T: Clone>(&mut self, places: &mut [Option<T>], item: &T) -> u32 {
+    /// Has something put in; tells how many had to go for it.
+    fn push<T>(&mut self, places: &mut [T], put: impl FnOnce(&mut T)) -> u32 {
         let full = self.count == places.len();
         if full {
             self.drop_first(places.len());
         }
         if let Some(place) = places.get_mut(self.place(self.count, places.len())) {
-            *place = Some(item.clone());
+            put(place);
             self.count += 1;
         }
         u32::from(full)
     }
 }
 
-impl<T: Clone, const ESTIMATES: usize, const ANSWERS: usize, const STREAM: usize>
-    Lanes<T, ESTIMATES, ANSWERS, STREAM>
+impl<
+    T: Clone,
+    const NOTICES: usize,
+    const ESTIMATES: usize,
+    const ANSWERS: usize,
+    const STREAM: usize,
+> Lanes<T, NOTICES, ESTIMATES, ANSWERS, STREAM>
 {
-    fn lane(&mut self, lane: Lane) -> (&mut Order, &mut [Option<T>]) {
-        let [estimates, answers, stream] = &mut self.orders;
+    fn lane(&mut self, lane: Lane) -> (&mut Order, &mut [T]) {
+        let [notices, estimates, answers, stream] = &mut self.orders;
         match lane {
+            Lane::Notice => (notices, &mut self.notices),
             Lane::Estimate => (estimates, &mut self.estimates),
             Lane::Answer => (answers, &mut self.answers),
             Lane::Stream => (stream, &mut self.stream),
         }
+    }
+
+    fn push(&mut self, lane: Lane, put: impl FnOnce(&mut T)) -> u32 {
+        let (order, places) = self.lane(lane);
+        let dropped = order.push(places, put);
+        self.waker.wake();
+        dropped
     }
 
     fn is_empty(&self) -> bool {
@@ -103,7 +126,7 @@ impl<T: Clone, const ESTIMATES: usize, const ANSWERS: usize, const STREAM: usize
         for lane in Lane::ALL {
             let (order, places) = self.lane(lane);
             if order.count > 0
-                && let Some(Some(item)) = places.get(order.first)
+                && let Some(item) = places.get(order.first)
                 && let Some(taken) = take(item)
             {
                 order.drop_first(places.len());
@@ -114,24 +137,26 @@ impl<T: Clone, const ESTIMATES: usize, const ANSWERS: usize, const STREAM: usize
     }
 }
 
-impl<M: RawMutex, T: Clone, const ESTIMATES: usize, const ANSWERS: usize, const STREAM: usize>
-    Default for Outlet<M, T, ESTIMATES, ANSWERS, STREAM>
+impl<
+    M: RawMutex,
+    T: Clone,
+    const NOTICES: usize,
+    const ESTIMATES: usize,
+    const ANSWERS: usize,
+    const STREAM: usize,
+> Outlet<M, T, NOTICES, ESTIMATES, ANSWERS, STREAM>
 {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl<M: RawMutex, T: Clone, const ESTIMATES: usize, const ANSWERS: usize, const STREAM: usize>
-    Outlet<M, T, ESTIMATES, ANSWERS, STREAM>
-{
-    /// An empty one.
+    /// An empty one; what `filler` is does not matter.
     #[must_use]
-    pub const fn new() -> Self {
+    pub const fn new(filler: T) -> Self
+    where
+        T: Copy,
+    {
         Self(Mutex::new(RefCell::new(Lanes {
-            estimates: [const { None }; ESTIMATES],
-            answers: [const { None }; ANSWERS],
-            stream: [const { None }; STREAM],
+            notices: [filler; NOTICES],
+            estimates: [filler; ESTIMATES],
+            answers: [filler; ANSWERS],
+            stream: [filler; STREAM],
             orders: [Order { first: 0, count: 0 }; Lane::ALL.len()],
             called: false,
             waker: WakerRegistration::new(),
@@ -140,7 +165,7 @@ impl<M: RawMutex, T: Clone, const ESTIMATES: usize, const ANSWERS: usize, const 
 
     fn with<R>(
         &self,
-        use_lanes: impl FnOnce(&mut Lanes<T, ESTIMATES, ANSWERS, STREAM>) -> R,
+        use_lanes: impl FnOnce(&mut Lanes<T, NOTICES, ESTIMATES, ANSWERS, STREAM>) -> R,
     ) -> R {
         self.0.lock(|lanes| use_lanes(&mut lanes.borrow_mut()))
     }
@@ -149,19 +174,27 @@ impl<M: RawMutex, T: Clone, const ESTIMATES: usize, const ANSWERS: usize, const 
     /// `send` may take it past the queue: true where it has.
     pub fn push(&self, lane: Lane, item: &T, send: impl FnOnce(&T) -> bool) -> u32 {
         self.with(|lanes| {
-            let (order, places) = lanes.lane(lane);
+            let (order, _) = lanes.lane(lane);
             if order.count == 0 && send(item) {
                 return 0;
             }
-            let dropped = order.push(places, item);
-            lanes.waker.wake();
-            dropped
+            lanes.push(lane, |place| place.clone_from(item))
         })
+    }
+
+    /// The same for something large, which `put` makes in its place, of whatever was there.
+    pub fn push_in_place(&self, lane: Lane, put: impl FnOnce(&mut T)) -> u32 {
+        self.with(|lanes| lanes.push(lane, put))
     }
 
     /// Offers the first of each lane to `take`, the lane that goes first first, until it takes one.
     pub fn take<R>(&self, take: impl FnMut(&T) -> Option<R>) -> Option<R> {
         self.with(|lanes| lanes.take(take))
+    }
+
+    /// The same again and again, until `take` takes none of those that are next.
+    pub fn take_all(&self, mut take: impl FnMut(&T) -> bool) {
+        self.with(|lanes| while lanes.take(|item| take(item).then_some(())).is_some() {});
     }
 
     /// The next to go out, if there is one.
@@ -211,7 +244,7 @@ mod tests {
     use embassy_sync::blocking_mutex::raw::NoopRawMutex;
     use std::vec::Vec;
 
-    type Small = Outlet<NoopRawMutex, u32, 2, 2, 3>;
+    type Small = Outlet<NoopRawMutex, u32, 1, 2, 2, 3>;
 
     fn queued(outlet: &Small, lane: Lane, item: u32) -> u32 {
         outlet.push(lane, &item, |_| false)
@@ -223,7 +256,7 @@ mod tests {
 
     #[test]
     fn a_full_lane_drops_its_oldest_and_says_so() {
-        let outlet = Outlet::new();
+        let outlet = Small::new(0);
         let dropped: u32 = (0..10).map(|i| queued(&outlet, Lane::Stream, i)).sum();
         assert_eq!(dropped, 7);
         assert_eq!(drained(&outlet), [7, 8, 9]);
@@ -231,7 +264,7 @@ mod tests {
 
     #[test]
     fn answers_go_before_the_stream_and_are_not_pushed_out_by_it() {
-        let outlet = Outlet::new();
+        let outlet = Small::new(0);
         assert_eq!(queued(&outlet, Lane::Stream, 1), 0);
         assert_eq!(queued(&outlet, Lane::Answer, 100), 0);
         for i in 2..50 {
@@ -242,17 +275,18 @@ mod tests {
 
     #[test]
     fn estimates_go_before_answers_however_many_of_those_there_are() {
-        let outlet = Outlet::new();
+        let outlet = Small::new(0);
         for answer in 100..150 {
             queued(&outlet, Lane::Answer, answer);
         }
         queued(&outlet, Lane::Estimate, 1);
-        assert_eq!(drained(&outlet), [1, 148, 149]);
+        queued(&outlet, Lane::Notice, 7);
+        assert_eq!(drained(&outlet), [7, 1, 148, 149]);
     }
 
     #[test]
     fn what_is_sent_at_once_is_not_queued_and_never_overtakes_its_own_lane() {
-        let outlet = Small::new();
+        let outlet = Small::new(0);
         assert_eq!(outlet.push(Lane::Stream, &1, |_| true), 0);
         assert_eq!(drained(&outlet), []);
         queued(&outlet, Lane::Stream, 2);
@@ -263,7 +297,7 @@ mod tests {
 
     #[test]
     fn what_cannot_go_now_lets_the_next_lane_pass() {
-        let outlet = Outlet::new();
+        let outlet = Small::new(0);
         queued(&outlet, Lane::Estimate, 1);
         queued(&outlet, Lane::Answer, 100);
         let taken = outlet.take(|item| (*item >= 100).then_some(*item));
@@ -273,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_lane_is_forgotten_and_counted() {
-        let outlet = Outlet::new();
+        let outlet = Small::new(0);
         for i in 0..5 {
             queued(&outlet, Lane::Stream, i);
         }

@@ -52,7 +52,7 @@ impl<'a> Reader<'a> {
 /// Appends fields to a buffer of fixed size. What does not fit is left out, and
 /// [`Writer::finish`] says so.
 #[derive(Debug)]
-pub(crate) struct Writer<'a> {
+pub struct Writer<'a> {
     rest: &'a mut [u8],
     capacity: usize,
     overflowed: bool,

@@ -283,9 +283,12 @@ impl Faults {
 
     /// The faults in the set.
     pub fn iter(self) -> impl Iterator<Item = Fault> {
-        Fault::ALL
-            .into_iter()
-            .filter(move |fault| self.contains(*fault))
+        let mut rest = self.0;
+        core::iter::from_fn(move || {
+            let number = rest.trailing_zeros();
+            rest &= rest.wrapping_sub(1);
+            Fault::ALL.get(number as usize).copied()
+        })
     }
 
     /// The set as bits: bit *i* stands for the fault of number *i*.

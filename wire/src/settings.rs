@@ -84,7 +84,11 @@ const TRIGGERS: [[usize; 3]; PDOS] = {
 
 /// A value for every setting of the [dictionary]; always within its limits and with the others.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings([u32; SETTINGS]);
+pub struct Settings {
+    raw: [u32; SETTINGS],
+    /// What they say of when to send, which is asked for each PDO in each tick.
+    triggers: [Trigger; PDOS],
+}
 
 impl Default for Settings {
     fn default() -> Self {
@@ -92,7 +96,12 @@ impl Default for Settings {
         for (raw, (_, entry)) in raw.iter_mut().zip(dictionary::settings()) {
             *raw = entry.default.to_raw();
         }
-        Self(raw)
+        let mut settings = Self {
+            raw,
+            triggers: [Trigger::Off; PDOS],
+        };
+        settings.triggers = Pdo::ALL.map(|pdo| settings.trigger_of(pdo));
+        settings
     }
 }
 
@@ -102,7 +111,7 @@ impl Settings {
     #[must_use]
     pub fn get(&self, address: Address) -> Option<Value> {
         let (entry, slot) = find(address).ok()?;
-        Value::from_raw(entry.data_type(), *self.0.get(slot)?)
+        Value::from_raw(entry.data_type(), *self.raw.get(slot)?)
     }
 
     /// Changes a setting, or says why not and changes nothing.
@@ -130,7 +139,8 @@ impl Settings {
         {
             return Err(AbortCode::InvalidValue);
         }
-        *self.0.get_mut(slot).ok_or(AbortCode::NoObject)? = value.to_raw();
+        *self.raw.get_mut(slot).ok_or(AbortCode::NoObject)? = value.to_raw();
+        self.triggers = Pdo::ALL.map(|pdo| self.trigger_of(pdo));
         Ok(())
     }
 
@@ -139,7 +149,7 @@ impl Settings {
     /// those before it.
     pub fn iter(&self) -> impl Iterator<Item = (Address, Value)> + '_ {
         dictionary::settings()
-            .zip(self.0)
+            .zip(self.raw)
             .filter_map(|((address, entry), raw)| {
                 Some((address, Value::from_raw(entry.data_type(), raw)?))
             })
@@ -197,7 +207,7 @@ impl Settings {
     /// UART rate, baud.
     #[must_use]
     pub fn uart_rate(&self) -> u32 {
-        self.raw(slot!(UART_RATE, 0))
+        self.value(slot!(UART_RATE, 0))
     }
 
     /// How long a load over RPDO1 is believed, ms; 0: for ever.
@@ -249,8 +259,13 @@ impl Settings {
     /// When a PDO is sent.
     #[must_use]
     pub fn trigger(&self, pdo: Pdo) -> Trigger {
+        let trigger = self.triggers.get(pdo as usize).copied();
+        trigger.unwrap_or(Trigger::Off)
+    }
+
+    fn trigger_of(&self, pdo: Pdo) -> Trigger {
         let [id, transmission, period] = TRIGGERS.get(pdo as usize).copied().unwrap_or_default();
-        if self.raw(id) & PDO_OFF != 0 {
+        if self.value(id) & PDO_OFF != 0 {
             return Trigger::Off;
         }
         match self.u8(transmission) {
@@ -339,23 +354,23 @@ impl Settings {
     }
 
     fn seconds(&self, slot: usize) -> f32 {
-        self.raw(slot) as f32 / 1.0e6
+        self.value(slot) as f32 / 1.0e6
     }
 
     fn f32(&self, slot: usize) -> f32 {
-        f32::from_bits(self.raw(slot))
+        f32::from_bits(self.value(slot))
     }
 
     fn u16(&self, slot: usize) -> u16 {
-        self.raw(slot) as u16
+        self.value(slot) as u16
     }
 
     fn u8(&self, slot: usize) -> u8 {
-        self.raw(slot) as u8
+        self.value(slot) as u8
     }
 
-    fn raw(&self, slot: usize) -> u32 {
-        self.0.get(slot).copied().unwrap_or(0)
+    fn value(&self, slot: usize) -> u32 {
+        self.raw.get(slot).copied().unwrap_or(0)
     }
 }
 
@@ -422,7 +437,7 @@ mod tests {
             for value in outside {
                 let (_, slot) = find(address).expect("a setting");
                 let mut settings = Settings::default();
-                settings.0[slot] = value.to_raw();
+                settings.raw[slot] = value.to_raw();
                 let refused = settings.params().validate::<WINDOW_CAPACITY>();
                 assert!(refused.is_err(), "{address:?} may be {value:?}");
             }

@@ -17,8 +17,8 @@ use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::pac::{CAN1, GPIOB, can::regs, gpio::vals::Pupdr};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 use firmware::ports::BusState;
-use wire::pdo::Pdo;
 use wire::CanFrame;
+use wire::pdo::Pdo;
 
 use super::COMMUNICATION_PRIORITY;
 
@@ -147,7 +147,11 @@ pub fn try_send(frame: &CanFrame) -> bool {
             return false;
         }
     }
-    let needed = if frame.id() & FUNCTION == CONTACT { 1 } else { 2 };
+    let needed = if frame.id() & FUNCTION == CONTACT {
+        1
+    } else {
+        2
+    };
     let Some(mailbox) = empty.filter(|_| room >= needed) else {
         return false;
     };
@@ -157,9 +161,7 @@ pub fn try_send(frame: &CanFrame) -> bool {
     }
     let bytes = u64::from_le_bytes(bytes);
     let place = CAN1.tx(mailbox as usize);
-    place
-        .tdtr()
-        .write(|w| w.set_dlc(frame.data().len() as u8));
+    place.tdtr().write(|w| w.set_dlc(frame.data().len() as u8));
     place.tdlr().write_value(regs::Tdlr(bytes as u32));
     place.tdhr().write_value(regs::Tdhr((bytes >> 32) as u32));
     place.tir().write(|w| {
@@ -182,21 +184,29 @@ impl Sender {
         withdrawn
     }
 
-    /// Waits until a frame has left its mailbox; for ever where none is in any.
+    /// Waits until a frame has left its mailbox, if there is any in one.
     pub async fn freed(&self) {
+        if mailboxes().all(|mailbox| waiting_in(mailbox).is_none()) {
+            return;
+        }
         let emptied = async |mailbox| match waiting_in(mailbox) {
             Some(_) => self.0.flush(mailbox).await,
             None => pending().await,
         };
-        CAN1.ier().modify(|w| w.set_tmeie(true));
+        tell_of_empty_mailboxes(true);
         select3(
             emptied(Mailbox::Mailbox0),
             emptied(Mailbox::Mailbox1),
             emptied(Mailbox::Mailbox2),
         )
         .await;
-        CAN1.ier().modify(|w| w.set_tmeie(false));
+        tell_of_empty_mailboxes(false);
     }
+}
+
+/// Receiving changes the same register from its interrupt.
+fn tell_of_empty_mailboxes(tell: bool) {
+    critical_section::with(|_| CAN1.ier().modify(|w| w.set_tmeie(tell)));
 }
 
 /// The identifier of the frame that waits there.

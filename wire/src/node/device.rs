@@ -4,8 +4,8 @@ use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
 use estimator_core::{PerAxis, Timestamp};
 
-use super::snapshot::{self, Snapshot};
 use super::event::{Calibration, CalibrationState, Crash, Event};
+use super::snapshot::Snapshot;
 use crate::abort::AbortCode;
 use crate::counter::{Counter, Counters};
 use crate::dictionary::{
@@ -28,7 +28,7 @@ pub(super) struct Device {
     pub(super) state: NmtState,
     pub(super) faults: Faults,
     pub(super) history: [u32; ERROR_HISTORY],
-    pub(super) snapshot: Option<Snapshot>,
+    pub(super) snapshot: Snapshot,
     pub(super) stage: Stage,
     pub(super) counters: Counters,
     pub(super) crash: Option<Crash>,
@@ -194,9 +194,7 @@ impl Objects for Device {
                 .ok_or(AbortCode::NoObject)?
                 .to_raw()
                 .wrapping_add(self.id()),
-            (Role::Process, _) => {
-                snapshot::value(self.snapshot.as_ref(), address).ok_or(AbortCode::NoObject)?
-            },
+            (Role::Process, _) => self.snapshot.value(address).ok_or(AbortCode::NoObject)?,
             (Role::Input, _) => self.load.map_or(f32::NAN, |load| load.0).to_bits(),
             (Role::Command, index::ERROR_HISTORY) => self.errors().count() as u32,
             (Role::Command, _) => return Ok(entry.default),

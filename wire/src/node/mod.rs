@@ -93,7 +93,7 @@ impl Node {
                 state: NmtState::Initialising,
                 faults: Faults::NONE,
                 history: [0; ERROR_HISTORY],
-                snapshot: None,
+                snapshot: Snapshot::default(),
                 stage: Stage::Starting,
                 counters: Counters::default(),
                 crash: None,
@@ -170,6 +170,12 @@ impl Node {
     /// [`Node::boot`] on.
     pub fn set_settings(&mut self, settings: Settings) {
         self.device.settings = settings;
+    }
+
+    /// The newest estimate, as [`Node::tick`] took it in.
+    #[must_use]
+    pub const fn estimate(&self) -> &ContactEstimate {
+        &self.device.snapshot.estimate
     }
 
     /// The active faults.
@@ -352,14 +358,15 @@ impl Node {
     ) {
         self.ticks = self.ticks.wrapping_add(1);
         self.device.counters = *counters;
-        self.device.snapshot = Some(Snapshot {
-            estimate: *estimate,
-            temperature,
-            faults: self.device.faults,
-            dropped: counters.dropped(),
-            last_sync: self.last_sync,
-            sequence: self.sequence,
-        });
+        // Field by field: it is large, and made in its place.
+        let snapshot = &mut self.device.snapshot;
+        snapshot.estimate = *estimate;
+        snapshot.temperature = temperature;
+        snapshot.faults = self.device.faults;
+        snapshot.dropped = counters.dropped();
+        snapshot.last_sync = self.last_sync;
+        snapshot.sequence = self.sequence;
+        snapshot.is_taken = true;
         if let Some(emergency) = self.watch_load() {
             send(emergency);
         }
@@ -368,10 +375,9 @@ impl Node {
         };
         if self.device.state == NmtState::Operational {
             for pdo in Pdo::ALL {
-                if self.is_due(pdo)
-                    && let Some(snapshot) = &self.device.snapshot
-                {
-                    send(CanFrame::of(pdo.cob_id(id), snapshot.payload(pdo)));
+                if self.is_due(pdo) {
+                    let payload = self.device.snapshot.payload(pdo);
+                    send(CanFrame::of(pdo.cob_id(id), payload));
                     if pdo == Pdo::Contact {
                         self.sequence = self.sequence.wrapping_add(1);
                     }

@@ -8,8 +8,10 @@ use crate::fault::Faults;
 use crate::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Pdo, Rate};
 
 /// All that process data are made of.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Snapshot {
+    /// There was a tick.
+    pub(super) is_taken: bool,
     pub(super) estimate: ContactEstimate,
     /// °C.
     pub(super) temperature: f32,
@@ -38,19 +40,23 @@ impl Snapshot {
             }
         }
     }
-}
 
-/// What the PDO that maps `address` holds of it; all of it is 0 before the first tick.
-pub(super) fn value(snapshot: Option<&Snapshot>, address: Address) -> Option<u32> {
-    for pdo in Pdo::ALL {
-        let mut offset = 0;
-        for mapped in pdo.mapping() {
-            if mapped.address == address {
-                let payload = snapshot.map_or([0; 8], |snapshot| snapshot.payload(pdo));
-                return Some((u64::from_le_bytes(payload) >> offset) as u32);
+    /// What the PDO that maps `address` holds of it; all of it is 0 before the first tick.
+    pub(super) fn value(&self, address: Address) -> Option<u32> {
+        for pdo in Pdo::ALL {
+            let mut offset = 0;
+            for mapped in pdo.mapping() {
+                if mapped.address == address {
+                    let payload = if self.is_taken {
+                        self.payload(pdo)
+                    } else {
+                        [0; 8]
+                    };
+                    return Some((u64::from_le_bytes(payload) >> offset) as u32);
+                }
+                offset += mapped.bits;
             }
-            offset += mapped.bits;
         }
+        None
     }
-    None
 }

@@ -43,7 +43,7 @@ impl From<Timestamp> for LongTime {
         let rest = (rest << 16 | digit(2)) % STEP;
         let upper = rest << 16 | digit(1);
         let lower = (upper % STEP) << 16 | digit(0);
-        Self(upper / STEP << 16 | lower / STEP)
+        Self(((upper / STEP) << 16) | (lower / STEP))
     }
 }
 
@@ -87,7 +87,10 @@ mod tests {
             let time = LongTime::from(Timestamp::from_micros(micros));
             assert_eq!(time, LongTime(expected), "{micros} µs");
             // All lengths of number.
-            micros = micros.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(i) >> (i % 64);
+            micros = micros
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(i)
+                >> (i % 64);
         }
     }
 

@@ -10,10 +10,10 @@ pub(super) fn encode(frame: &mut [u8]) {
         return;
     };
     // From the back, where the next zero is known.
-    let mut distance = 1_u8;
+    let mut distance = 1_u32;
     for byte in bytes.iter_mut().rev() {
         if *byte == 0 {
-            *byte = distance;
+            *byte = distance as u8;
             distance = 0;
         }
         distance = distance.wrapping_add(1);
