@@ -39,12 +39,20 @@ pub fn assert_current(path: &Path, expected: &str) {
 /// # Panics
 /// Where it does not, or where there is no such block.
 pub fn assert_readme_block(name: &str, content: &str) {
-    // Tests of one program run side by side: one at a time rewrites the file.
+    assert_block("README.md", name, content);
+}
+
+/// Checks that a block of a Markdown file in the repository holds just `content`.
+///
+/// # Panics
+/// Where it does not, or where there is no such file or block.
+pub fn assert_block(file: &str, name: &str, content: &str) {
+    // Tests of one program run side by side: one at a time rewrites a file.
     static REWRITING: Mutex<()> = Mutex::new(());
     let _turn = REWRITING.lock().unwrap_or_else(PoisonError::into_inner);
-    let readme = workspace().join("README.md");
-    let text = fs::read_to_string(&readme).expect("the README can be read");
-    assert_current(&readme, &with_block(&text, name, content));
+    let path = workspace().join(file);
+    let text = fs::read_to_string(&path).expect("the file can be read");
+    assert_current(&path, &with_block(&text, name, content));
 }
 
 /// The root of the repository.

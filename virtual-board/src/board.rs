@@ -163,9 +163,10 @@ impl Board {
         core::mem::take(&mut self.cpu.machine().chip.can.requested)
     }
 
-    /// Keeps what goes over the sensor's bus from now on.
+    /// Keeps what goes over the sensor's bus from now on, if not for long already.
     pub fn record_sensor_bus(&mut self) {
-        self.cpu.machine().chip.transactions = Some(Vec::new());
+        let transactions = &mut self.cpu.machine().chip.transactions;
+        transactions.get_or_insert_default();
     }
 
     /// What has gone over the sensor's bus since it was last taken, without what still goes on.

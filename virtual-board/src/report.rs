@@ -74,6 +74,8 @@ impl Spread {
 /// What is kept of a run.
 #[derive(Default)]
 struct Log {
+    /// From when on it counts.
+    settled: u64,
     instructions: Spread,
     estimator: Spread,
     cycles: Spread,
@@ -110,7 +112,7 @@ impl Log {
     }
 
     fn contact(&mut self, began: u64, message: ContactMessage) {
-        if began > SETTLING * MILLISECOND
+        if began > self.settled
             && let Some(edge) = self.edge_before(began)
         {
             self.to_uart.push(to_us(began - edge));
@@ -131,7 +133,7 @@ impl Log {
     fn requests(&mut self, requests: &[(u64, u32)]) {
         for &(time, id) in requests {
             if id & !0x7F == ESTIMATE
-                && time > SETTLING * MILLISECOND
+                && time > self.settled
                 && let Some(edge) = self.edge_before(time)
             {
                 self.to_can.push(to_us(time - edge));
@@ -167,7 +169,7 @@ impl Log {
     }
 }
 
-/// Runs a board and writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
+/// Runs a board from where it is and writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
 /// into a directory: the report.
 ///
 /// # Errors
@@ -176,7 +178,11 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     std::fs::create_dir_all(out)?;
     let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
     let (mut uart, mut can) = (create("uart.bin")?, create("can.log")?);
-    let mut log = Log::default();
+    let first = board.now().div_ceil(MILLISECOND);
+    let mut log = Log {
+        settled: (first + SETTLING) * MILLISECOND,
+        ..Log::default()
+    };
     let mut faults = run.faults.clone();
     faults.sort_by_key(|(_, _, ms)| *ms);
     let mut faults = faults.into_iter().peekable();
@@ -190,7 +196,7 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
         if ms == SETTLING {
             board.start_profile();
         }
-        board.run_until((ms + 1) * MILLISECOND)?;
+        board.run_until((first + ms + 1) * MILLISECOND)?;
         let (now, now_watched) = (board.counters(), board.watched_instructions());
         if ms >= SETTLING {
             log.instructions
