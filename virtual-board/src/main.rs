@@ -12,7 +12,7 @@ use lsm6dsox::sim::Fault as SensorFault;
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::chip::ChipOptions;
 use virtual_board::part::can::BusFault;
-use virtual_board::{motion, report};
+use virtual_board::{motion, report, streams};
 
 /// Boots the very ELF that is flashed, on modelled peripherals, timing estimated.
 #[derive(Parser)]
@@ -51,6 +51,13 @@ struct RunArguments {
     /// Where to write.
     #[arg(long)]
     out: PathBuf,
+    /// Have the board send all that it can: contact and raw sample each ms over the serial line,
+    /// health each 10 ms.
+    #[arg(long)]
+    all_streams: bool,
+    /// Write instructions a millisecond, one line a function, to this file.
+    #[arg(long, value_name = "FILE")]
+    profile: Option<PathBuf>,
 }
 
 /// Faults by name. `None` is one of the board's making, in force from the start.
@@ -155,7 +162,13 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
             .filter_map(|(name, fault, ms)| Some((name.clone(), (*fault)?, *ms)))
             .collect(),
     };
+    if arguments.all_streams {
+        streams::turn_all_on(&mut board)?;
+    }
     let report = report::run(&mut board, &run, &arguments.out)?;
+    if let Some(file) = &arguments.profile {
+        std::fs::write(file, report::profile(&board, run.milliseconds))?;
+    }
     println!("{report:#}");
     Ok(())
 }

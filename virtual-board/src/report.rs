@@ -25,6 +25,9 @@ const SETTLING: u64 = 500;
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 
+/// The estimator's entry, as the compiler names it.
+const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
+
 /// What a run is made of.
 #[derive(Clone, Debug)]
 pub struct Run {
@@ -71,6 +74,8 @@ impl Spread {
 /// What is kept of a run.
 #[derive(Default)]
 struct Log {
+    /// From when on it counts.
+    settled: u64,
     instructions: Spread,
     estimator: Spread,
     cycles: Spread,
@@ -107,7 +112,7 @@ impl Log {
     }
 
     fn contact(&mut self, began: u64, message: ContactMessage) {
-        if began > SETTLING * MILLISECOND
+        if began > self.settled
             && let Some(edge) = self.edge_before(began)
         {
             self.to_uart.push(to_us(began - edge));
@@ -128,7 +133,7 @@ impl Log {
     fn requests(&mut self, requests: &[(u64, u32)]) {
         for &(time, id) in requests {
             if id & !0x7F == ESTIMATE
-                && time > SETTLING * MILLISECOND
+                && time > self.settled
                 && let Some(edge) = self.edge_before(time)
             {
                 self.to_can.push(to_us(time - edge));
@@ -164,7 +169,7 @@ impl Log {
     }
 }
 
-/// Runs a board and writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
+/// Runs a board from where it is and writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
 /// into a directory: the report.
 ///
 /// # Errors
@@ -173,18 +178,25 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     std::fs::create_dir_all(out)?;
     let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
     let (mut uart, mut can) = (create("uart.bin")?, create("can.log")?);
-    let mut log = Log::default();
+    let first = board.now().div_ceil(MILLISECOND);
+    let mut log = Log {
+        settled: (first + SETTLING) * MILLISECOND,
+        ..Log::default()
+    };
     let mut faults = run.faults.clone();
     faults.sort_by_key(|(_, _, ms)| *ms);
     let mut faults = faults.into_iter().peekable();
     board.record_sensor_bus();
-    let watched = board.watch_functions("estimator_core");
+    let watched = board.watch_function(ESTIMATOR);
     let (mut last, mut last_watched) = (board.counters(), 0);
     for ms in 0..run.milliseconds {
         while let Some((_, fault, _)) = faults.next_if(|(_, _, at)| *at <= ms) {
             board.inject(fault);
         }
-        board.run_until((ms + 1) * MILLISECOND)?;
+        if ms == SETTLING {
+            board.start_profile();
+        }
+        board.run_until((first + ms + 1) * MILLISECOND)?;
         let (now, now_watched) = (board.counters(), board.watched_instructions());
         if ms >= SETTLING {
             log.instructions
@@ -209,7 +221,20 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     Ok(report)
 }
 
-fn report(board: &mut Board, run: &Run, log: &Log, watched: usize) -> Value {
+/// Instructions a millisecond by function, most first, after a [`run`] of this many milliseconds;
+/// what happened before statistics begin is left out.
+#[must_use]
+pub fn profile(board: &Board, milliseconds: u64) -> String {
+    let counted = milliseconds.saturating_sub(SETTLING).max(1) as f64;
+    let mut text = String::new();
+    for (function, instructions) in board.profile() {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{:10.1} {function}", instructions as f64 / counted);
+    }
+    text
+}
+
+fn report(board: &mut Board, run: &Run, log: &Log, watched: bool) -> Value {
     let count = |counter: Counter| log.health.map(|health| health.counters.get(counter));
     let parity = if run.faults.is_empty() {
         Some(parity::compare(
@@ -243,7 +268,7 @@ fn report(board: &mut Board, run: &Run, log: &Log, watched: usize) -> Value {
         "late_ticks": count(Counter::LateTicks),
         "missed_ticks": count(Counter::MissedSamples),
         "instructions_per_tick": log.instructions.three(),
-        "estimator_instructions": if watched == 0 { Value::Null } else { log.estimator.three() },
+        "estimator_instructions": watched.then(|| log.estimator.three()),
         "estimated_cycles_per_tick": log.cycles.three(),
         "cpu_load_percent": load,
         "drdy_to_can_us": log.to_can.two(),
