@@ -23,8 +23,7 @@ pub fn erf(x: f32) -> f32 {
     erf_of_magnitude(x.abs()).copysign(x)
 }
 
-// Called twice for each axis of each sample: a call would cost as much as half of it.
-#[inline(always)]
+#[inline]
 fn erf_of_magnitude(x: f32) -> f32 {
     let scaled = x * PIECES_PER_UNIT as f32;
     // The cast saturates, so the tail, infinity included, finds no row; a NaN finds row 0.

@@ -110,7 +110,7 @@ impl Params {
     /// | `slide` | 5 mm/s over 70 ms | see [`SlideParams::DEFAULT`] |
     /// | `bandwidth` | 0.0196 m/s², 0.00122 rad/s | LSM6DSOX behind 333 and 335 Hz low-pass filters: 2.0 mg at ±16 g and 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz |
     /// | `half_width` | 0.4 m/s², 0.04 rad/s | the paper's values for ATLAS, until the robot's own are calibrated |
-    /// | `tolerance` | 1/3 | a half-width measured in a few steps is not known to better than a third, and three standard deviations of it still leave a foot at rest a mass of 0.997 |
+    /// | `tolerance` | 0.4 | the edge is a ramp from 0.3 to 1.7 half-widths: by such factors do the authors' half-widths differ from those that calibration finds on their recordings |
     /// | `decision` | 0.5, 20 ms on, 0 ms off | what SERoW (P > 0.5) and Pronto (delays) use |
     /// | `load` | 12 N on, 6 N off | 10 % and 5 % of a GO1's weight of 12 kg |
     pub const DEFAULT: Self = Self {
@@ -122,7 +122,7 @@ impl Params {
         slide: Some(SlideParams::DEFAULT),
         bandwidth: PerAxis::by_sensor(2.0e-3 * STANDARD_GRAVITY, 0.070 * DEGREE),
         half_width: PerAxis::by_sensor(0.4, 0.04),
-        tolerance: 1.0 / 3.0,
+        tolerance: 0.4,
         attitude: AttitudeParams::DEFAULT,
         decision: DecisionParams {
             threshold: 0.5,
@@ -195,7 +195,7 @@ impl Params {
         // Hysteresis: what switches off lies no higher than what switches on.
         let (off, on) = (self.load.off_threshold, self.load.on_threshold);
         in_range("load.off_threshold", off, -1.0e9, on)?;
-        let bandwidth = self.kernel_bandwidth();
+        let kernel = |bandwidth, half_width| Kernel::new(bandwidth, half_width, self.tolerance);
         Ok(Config {
             gravity: self.gravity,
             period_us: libm::roundf(1.0e6 / self.sample_rate) as u64,
@@ -206,14 +206,12 @@ impl Params {
                 None => None,
             },
             residual: match (self.residual, self.gravity) {
-                (Residual::Removed, Gravity::Included) => Some(ResidualFilter::new(
-                    self.sample_rate,
-                    bandwidth,
-                    self.half_width,
-                )),
+                (Residual::Removed, Gravity::Included) => {
+                    Some(ResidualFilter::new(self.sample_rate, self.half_width))
+                }
                 (Residual::Kept, _) | (_, Gravity::Removed) => None,
             },
-            kernels: bandwidth.zip_with(self.half_width, Kernel::new),
+            kernels: self.bandwidth.zip_with(self.half_width, kernel),
             attitude: self.attitude.validate(self.sample_rate)?,
             phase: PhaseCoefficients {
                 threshold: self.decision.threshold,
@@ -241,18 +239,6 @@ impl Params {
                 capacity: CAPACITY,
             })
         }
-    }
-
-    /// Standard deviation of the kernels per axis: the sensor's noise and the blur of the edges.
-    /// Where there is no blur, it is the noise to the bit.
-    fn kernel_bandwidth(&self) -> PerAxis<f32> {
-        if self.tolerance == 0.0 {
-            return self.bandwidth;
-        }
-        self.bandwidth.zip_with(self.half_width, |h, half_width| {
-            let blur = self.tolerance * half_width;
-            libm::sqrtf(h * h + blur * blur)
-        })
     }
 
     /// 0 where there is no second window.
@@ -453,7 +439,8 @@ mod tests {
             let config = preset.validate::<256>().expect("valid");
             assert_eq!(config.short_window_length, 0);
             assert!(config.slide.is_none() && config.residual.is_none());
-            let sharp = preset.bandwidth.zip_with(preset.half_width, Kernel::new);
+            let sharp = |h, half_width| Kernel::new(h, half_width, 0.0);
+            let sharp = preset.bandwidth.zip_with(preset.half_width, sharp);
             assert_eq!(config.kernels, sharp);
         }
     }

@@ -38,9 +38,9 @@ const MEMORY: f32 = 0.5;
 /// In which it is forgotten without quiet, s: a swing of half a second forgets a tenth.
 const FORGETTING: f32 = 5.0;
 
-/// The largest residual is the half-width less so many bandwidths of the kernel: at rest the mass
-/// on that axis is then still ½(1 + erf(0.5/√2)) = 0.69, and the foot as a whole quiet.
-const MARGIN: f32 = 0.5;
+/// The largest residual, in half-widths: with the default blur of the edges the mass on an axis at
+/// rest is then still 0.62, and the foot as a whole quiet.
+const LARGEST: f32 = 5.0 / 6.0;
 
 /// The residual that is learnt.
 #[derive(Clone, Copy, Debug)]
@@ -59,20 +59,12 @@ pub(crate) struct ResidualFilter {
 }
 
 impl ResidualFilter {
-    /// Nothing learnt yet. `sample_rate` in Hz; `bandwidth`, the kernel's, and `half_width` in m/s².
-    pub fn new(sample_rate: f32, bandwidth: PerAxis<f32>, half_width: PerAxis<f32>) -> Self {
-        let limit = |h: f32, half_width: f32| {
-            let limit = half_width - MARGIN * h;
-            if limit > 0.0 { limit } else { 0.0 }
-        };
+    /// Nothing learnt yet. `sample_rate` in Hz; `half_width` in m/s².
+    pub fn new(sample_rate: f32, half_width: PerAxis<f32>) -> Self {
         let start = at_least_one(START * sample_rate);
         Self {
             value: Vec3::default(),
-            limit: Vec3::new(
-                limit(bandwidth.ax, half_width.ax),
-                limit(bandwidth.ay, half_width.ay),
-                limit(bandwidth.az, half_width.az),
-            ),
+            limit: Vec3::new(half_width.ax, half_width.ay, half_width.az) * LARGEST,
             start,
             memory: at_least_one(MEMORY * sample_rate),
             forget: 1.0 / at_least_one(FORGETTING * sample_rate),
@@ -152,9 +144,10 @@ mod tests {
     use super::*;
     use crate::kernel::Kernel;
 
+    const HALF_WIDTH: PerAxis<f32> = PerAxis::by_sensor(0.4, 0.04);
+
     fn filter() -> ResidualFilter {
-        let by_sensor = PerAxis::by_sensor;
-        ResidualFilter::new(1000.0, by_sensor(0.02, 0.001), by_sensor(0.4, 0.04))
+        ResidualFilter::new(1000.0, HALF_WIDTH)
     }
 
     /// Samples of a foot whose error of gravity removal is `error`; what is left of it then.
@@ -199,10 +192,10 @@ mod tests {
             let error = Vec3::new(0.11, -0.11, 0.0) * scale as f32;
             feed(&mut filter, error, Foot::Quiet, 10_000);
         }
-        let expected = Vec3::new(0.39, -0.39, 0.0);
+        let expected = Vec3::new(1.0, -1.0, 0.0) * (0.4 * LARGEST);
         assert!((filter.value() - expected).is_within(1e-6), "{filter:?}");
-        let kernel = Kernel::new(0.02, 0.4);
-        assert!(kernel.mass(filter.value().x).to_f32() > 0.69);
+        let kernel = Kernel::new(0.02, 0.4, 0.4);
+        assert!(kernel.mass(filter.value().x).to_f32() > 0.6);
     }
 
     #[test]
@@ -212,14 +205,6 @@ mod tests {
         let before = filter.value();
         filter.update(Vec3::new(0.0, 2.5, 0.0), Foot::Quiet);
         assert!((filter.value() - before).is_within(1e-3), "{filter:?}");
-    }
-
-    #[test]
-    fn without_room_between_kernel_and_half_width_nothing_is_taken_out() {
-        let (bandwidth, half_width) = (PerAxis::splat(0.02), PerAxis::splat(0.01));
-        let mut filter = ResidualFilter::new(100.0, bandwidth, half_width);
-        feed(&mut filter, ERROR, Foot::Quiet, 1_000);
-        assert_eq!(filter.value(), Vec3::ZERO);
     }
 
     #[test]

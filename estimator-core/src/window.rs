@@ -26,6 +26,8 @@ struct Trailing {
     sum: PerAxis<u64>,
     length: usize,
     filled: usize,
+    /// What a full window's sum is multiplied by for the mean.
+    inverse: f32,
 }
 
 impl Trailing {
@@ -34,6 +36,7 @@ impl Trailing {
             sum: PerAxis::splat(0),
             length,
             filled: 0,
+            inverse: 1.0 / (length as f32 * Mass::ONE.steps() as f32),
         }
     }
 
@@ -56,6 +59,16 @@ impl Trailing {
         change(&mut self.sum.wx, masses.wx, oldest.wx);
         change(&mut self.sum.wy, masses.wy, oldest.wy);
         change(&mut self.sum.wz, masses.wz, oldest.wz);
+    }
+
+    /// [`Self::mean`] within two roundings, without divisions where the window is full.
+    #[inline]
+    fn quick_mean(&self) -> PerAxis<f32> {
+        if self.filled == self.length {
+            self.sum.map(|sum| nearest(sum) * self.inverse)
+        } else {
+            self.mean()
+        }
     }
 
     #[inline]
@@ -140,7 +153,7 @@ impl<const CAPACITY: usize> Window<CAPACITY> {
     #[inline]
     #[must_use]
     pub fn mean_of_newest(&self) -> Option<PerAxis<f32>> {
-        self.newest.as_ref().map(Trailing::mean)
+        self.newest.as_ref().map(Trailing::quick_mean)
     }
 
     /// Forgets every sample. O(1): what lies in the ring is never read again.

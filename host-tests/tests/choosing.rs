@@ -215,7 +215,7 @@ fn the_sensitivity_to_each_number_is_the_one_that_was_written_down() {
     let mut settings: Vec<(String, Params)> = Vec::new();
     for window in [25.0_f32, 50.0, 100.0] {
         for width in [0.5_f32, 1.0, 2.0] {
-            for tolerance in [0.0_f32, 1.0 / 3.0, 0.5] {
+            for tolerance in [0.0_f32, 0.3, 0.4, 0.5] {
                 let params = Params {
                     window: WindowLength::Duration(1e-3 * window),
                     half_width: default.half_width.map(|v| v * width),

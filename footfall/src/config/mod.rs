@@ -12,7 +12,7 @@
 //! window = "50ms"                 # or "25samples"
 //! short_window = "10ms"           # or "none"
 //! residual = "removed"            # what gravity's removal leaves; or "kept"
-//! tolerance = 0.33                # how well half-widths are known, as a part of themselves
+//! tolerance = 0.4                 # how well half-widths are known, as a part of themselves
 //!
 //! [bandwidth]                     # kernel standard deviation h: the sensor's noise
 //! acceleration_m_s2 = 0.02
