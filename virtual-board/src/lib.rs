@@ -13,4 +13,5 @@ pub mod motion;
 pub mod parity;
 pub mod part;
 pub mod report;
+pub mod spread;
 pub mod time;
