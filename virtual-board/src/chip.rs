@@ -251,6 +251,11 @@ impl Chip {
         }
     }
 
+    /// What TIM2 counts from when it is first started.
+    pub const fn set_time_base(&mut self, count: u32) {
+        self.timers[0].head_start = count;
+    }
+
     /// The cycle of the core's clock.
     #[must_use]
     pub const fn period(&self) -> u64 {

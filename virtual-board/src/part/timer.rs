@@ -30,6 +30,9 @@ pub struct Timer {
     count: u32,
     since: u64,
     period: u64,
+    /// It counts from here when it is first started, its compares moved along: as if it had run
+    /// for so long already.
+    pub head_start: u32,
 }
 
 impl Timer {
@@ -54,13 +57,16 @@ impl Timer {
             count: 0,
             since: 0,
             period,
+            head_start: 0,
         }
     }
 
     /// A reset.
     pub const fn reset(&mut self, period: u64) {
         let bits = if self.mask == u32::MAX { 32 } else { 16 };
+        let head_start = self.head_start;
         *self = Self::new(self.name, bits, period);
+        self.head_start = head_start;
     }
 
     /// Its clock changes.
@@ -151,6 +157,18 @@ impl Timer {
         }
     }
 
+    fn take_head_start(&mut self) {
+        let head_start = core::mem::take(&mut self.head_start);
+        let mask = self.mask;
+        let later = |count: u32| count.wrapping_add(head_start) & mask;
+        self.count = later(self.count);
+        for channel in 0..4 {
+            if !self.is_capture(channel) {
+                self.compares[channel] = later(self.compares[channel]);
+            }
+        }
+    }
+
     const fn update(&mut self, by_software: bool) {
         if self.control[0] & UDIS != 0 {
             return;
@@ -230,6 +248,7 @@ impl Timer {
                 }
                 if value & CEN != 0 && !self.runs() {
                     self.since = now;
+                    self.take_head_start();
                 }
                 self.control[0] = value & 0x3FF;
             }
@@ -294,6 +313,24 @@ mod tests {
         timer.advance(100_000);
         assert_eq!(timer.read(0x10, 100_000).expect("a register") & 1, 1);
         assert_eq!(timer.read(0x24, 100_390), Ok(3));
+    }
+
+    #[test]
+    fn with_a_head_start_it_compares_as_soon_as_without() {
+        let mut timer = timer();
+        timer.head_start = 900;
+        timer.reset(10);
+        timer.write(0x28, 9, 0).expect("a register");
+        timer.write(0x38, 250, 0).expect("a register");
+        timer.write(0x0C, 5, 0).expect("a register");
+        timer.write(0x14, 1, 0).expect("a register");
+        timer.write(0x10, 0, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        assert_eq!(timer.read(0x24, 0), Ok(900));
+        assert_eq!(timer.next_event(), 25_000);
+        timer.write(0x00, 0, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        assert_eq!(timer.read(0x24, 0), Ok(900));
     }
 
     #[test]
