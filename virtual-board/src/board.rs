@@ -92,7 +92,7 @@ pub enum Fault {
     SettingsErased,
     /// Bits have flipped all over the pages with the settings, where something was written.
     SettingsDamaged,
-    /// Every fault of the sensor, of the bus and of the serial line goes.
+    /// Every fault of the sensor, of the bus, of the serial line and of the load sensor goes.
     Clear,
 }
 
@@ -100,6 +100,8 @@ pub enum Fault {
 pub struct Board {
     cpu: Cpu,
     image: Image,
+    /// What the load sensor's voltage converts to while all is well.
+    load: u16,
 }
 
 impl Board {
@@ -128,7 +130,11 @@ impl Board {
         chip.adc.inputs[LOAD] = options.load;
         chip.set_time_base(options.time_base);
         let cpu = Cpu::new(Machine::new(chip), &image.segments).map_err(ElfError)?;
-        Ok(Self { cpu, image })
+        Ok(Self {
+            cpu,
+            image,
+            load: options.load,
+        })
     }
 
     /// Virtual time since power-up, in units of [`time`](crate::time).
@@ -268,6 +274,7 @@ impl Board {
                 machine.chip.usarts[CONSOLE].set_fault(LineFault::None, now, pclk);
                 machine.chip.with_sensor(now, Sensor::clear_faults);
                 machine.chip.can.set_fault(BusFault::None);
+                machine.chip.adc.inputs[LOAD] = self.load;
             }
         }
         machine.wake();

@@ -13,5 +13,6 @@ pub mod motion;
 pub mod parity;
 pub mod part;
 pub mod report;
+pub mod scenario;
 pub mod spread;
 pub mod time;

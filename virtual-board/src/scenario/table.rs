@@ -1,0 +1,133 @@
+//! The fault matrix as a table for people, from runs.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use super::{ALL, Invalid, Outcome, Problem, Scenario};
+
+/// Runs every scenario in all its variants, on all cores, and gives the worst of each.
+///
+/// # Errors
+/// Where one cannot be run.
+pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> {
+    let runs: Vec<(usize, u64, u64)> = ALL
+        .iter()
+        .enumerate()
+        .flat_map(|(place, scenario)| {
+            scenario.all_variants().flat_map(move |variant| {
+                (0..scenario.phases).map(move |phase| (place, variant, phase))
+            })
+        })
+        .collect();
+    let next = AtomicUsize::new(0);
+    let outcomes = Mutex::new(Vec::with_capacity(runs.len()));
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| {
+                while let Some(&(place, variant, phase)) =
+                    runs.get(next.fetch_add(1, Ordering::Relaxed))
+                {
+                    let outcome = ALL[place].run(elf, variant, phase);
+                    let mut outcomes = outcomes.lock().unwrap_or_else(PoisonError::into_inner);
+                    outcomes.push(((place, variant, phase), outcome));
+                }
+            });
+        }
+    });
+    let mut outcomes = outcomes.into_inner().unwrap_or_else(PoisonError::into_inner);
+    outcomes.sort_by_key(|(run, _)| *run);
+    let mut worst: Vec<Option<Outcome>> = vec![None; ALL.len()];
+    for ((place, ..), outcome) in outcomes {
+        let outcome = outcome?;
+        worst[place] = Some(match worst[place].take() {
+            Some(so_far) => so_far.worst(&outcome),
+            None => outcome,
+        });
+    }
+    Ok(ALL
+        .iter()
+        .zip(worst)
+        .filter_map(|(scenario, outcome)| Some((scenario, outcome?)))
+        .collect())
+}
+
+/// The columns.
+pub const HEAD: &str = "\
+| `--fault` | what goes wrong | noticed after | told | \"stable\" at most until | frames without valid data that said \"stable\" | well again after |
+|---|---|---|---|---|---|---|
+";
+
+/// A row of the table.
+#[must_use]
+pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
+    let noticed = [outcome.doubted_us, outcome.told_us];
+    let noticed = noticed.into_iter().flatten().reduce(f64::min);
+    format!(
+        "| `{}` | {} | {} | {} | {} | {} | {} |\n",
+        scenario.name,
+        scenario.what,
+        noticed.map_or_else(|| "—".into(), time),
+        told(outcome),
+        match (scenario.invalid, outcome.last_stable_us) {
+            (Invalid::Never, _) => "data are valid".into(),
+            (_, None) => "never".into(),
+            (_, Some(us)) => time(us),
+        },
+        match outcome.checked {
+            0 => "—".into(),
+            checked => format!("{} of {checked}", outcome.stable_while_invalid),
+        },
+        well_again(scenario, outcome),
+    )
+}
+
+fn told(outcome: &Outcome) -> String {
+    let mut all = Vec::new();
+    for cause in &outcome.resets {
+        all.push(format!("reset ({cause:?})"));
+    }
+    for fault in &outcome.emergencies {
+        all.push(format!("EMCY {:#06X} {}", fault.code(), fault.name()));
+    }
+    let serial_only = |fault: &&wire::Fault| !outcome.emergencies.contains(fault);
+    for fault in outcome.serial.iter().filter(serial_only) {
+        all.push(format!("serial line: {}", fault.name()));
+    }
+    if !outcome.counters.is_empty() {
+        let names: Vec<&str> = outcome.counters.iter().map(|c| c.name()).collect();
+        all.push(format!("counted: {}", names.join(", ")));
+    }
+    if outcome.boot_up {
+        all.push("boot-up message".into());
+    }
+    match all.is_empty() {
+        true => "—".into(),
+        false => all.join("; "),
+    }
+}
+
+fn well_again(scenario: &Scenario, outcome: &Outcome) -> String {
+    let mut text = match (outcome.back_us, outcome.gone_us) {
+        (Some(us), _) => time(us),
+        (None, Some(us)) => format!("told as over after {}", time(us)),
+        (None, None) if outcome.well => "not disturbed".into(),
+        (None, None) => "stays, reported".into(),
+    };
+    if !scenario.note.is_empty() {
+        text += "; ";
+        text += scenario.note;
+    }
+    text
+}
+
+/// For people: two digits.
+fn time(us: f64) -> String {
+    let ms = us / 1000.0;
+    match ms {
+        ..9.95 => format!("{ms:.1} ms"),
+        ..995.0 => format!("{ms:.0} ms"),
+        _ => format!("{:.1} s", ms / 1000.0),
+    }
+}
