@@ -30,6 +30,16 @@ fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
         scenario.invalid != Invalid::Never && outcome.checked == 0,
         "no frame was looked at".into(),
     );
+    object(
+        outcome.kept[2] > 0,
+        format!("settings old, new, other: {:?}", outcome.kept),
+    );
+    if scenario.name == "time-wrap" {
+        object(
+            !outcome.steady_clock || outcome.last_sample_us < 1 << 32,
+            format!("the clock came to {} µs", outcome.last_sample_us),
+        );
+    }
     let stays = scenario.name == "no-sensor";
     object(outcome.well == stays, format!("well: {}", outcome.well));
     all

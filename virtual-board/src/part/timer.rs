@@ -1,4 +1,4 @@
-//! A general-purpose timer: counting up, compare, capture.
+//! A general-purpose timer: counting up, compare, capture, and counting the captures of another.
 
 use super::unknown;
 use crate::time::NEVER;
@@ -8,6 +8,12 @@ const UDIS: u32 = 1 << 1;
 const URS: u32 = 1 << 2;
 const OPM: u32 = 1 << 3;
 const UIF: u32 = 1;
+
+/// The master mode in which the trigger output has a pulse for each capture of channel 1.
+const COMPARE_PULSE: u32 = 3 << 4;
+
+/// The slave mode in which the counter's clock is the trigger.
+const EXTERNAL_CLOCK: u32 = 7;
 
 /// The registers.
 #[derive(Clone, Debug)]
@@ -77,8 +83,30 @@ impl Timer {
         self.period = period;
     }
 
-    const fn runs(&self) -> bool {
+    const fn is_on(&self) -> bool {
         self.control[0] & CEN != 0
+    }
+
+    /// Whether it counts its own clock.
+    const fn runs(&self) -> bool {
+        self.is_on() && self.slave & 7 == 0
+    }
+
+    /// The trigger that it counts instead of its clock, of the four that come from other timers.
+    #[must_use]
+    pub const fn counts_trigger(&self) -> Option<u32> {
+        let counts = self.is_on() && self.slave & 7 == EXTERNAL_CLOCK;
+        if counts { Some(self.slave >> 4 & 7) } else { None }
+    }
+
+    /// The trigger that it counts has come.
+    pub const fn trigger(&mut self) {
+        if self.count == self.reload {
+            self.count = 0;
+            self.update(false);
+        } else {
+            self.count = self.count.wrapping_add(1) & self.mask;
+        }
     }
 
     const fn step(&self) -> u64 {
@@ -182,15 +210,15 @@ impl Timer {
         }
     }
 
-    /// A pin of a channel rises or falls.
-    pub fn edge(&mut self, channel: usize, high: bool, now: u64) {
+    /// A pin of a channel rises or falls: whether its trigger output has a pulse of it.
+    pub fn edge(&mut self, channel: usize, high: bool, now: u64) -> bool {
         self.advance(now);
         let enable = self.enables >> (4 * channel);
         let falling = enable & 2 != 0;
         let both = enable & 0xA == 0xA;
         let direct = self.modes[channel / 2] >> (8 * (channel % 2)) & 3 == 1;
         if !direct || enable & 1 == 0 || (high == falling && !both) || !self.runs() {
-            return;
+            return false;
         }
         self.compares[channel] = self.count;
         let flag = 2 << channel;
@@ -198,6 +226,7 @@ impl Timer {
             self.status |= 0x200 << channel;
         }
         self.status |= flag;
+        channel == 0 && self.control[1] & 0x70 == COMPARE_PULSE
     }
 
     /// Whether it asks for its interrupt.
@@ -253,7 +282,10 @@ impl Timer {
                 self.control[0] = value & 0x3FF;
             }
             0x04 => self.control[1] = value,
-            0x08 if value & 7 != 0 => return Err(format!("{} has no slave mode", self.name)),
+            // Nothing but counting the trigger of another timer.
+            0x08 if value & 7 != 0 && (value & 7 != EXTERNAL_CLOCK || value & 0x40 != 0) => {
+                return Err(format!("{} has no such slave mode", self.name));
+            }
             0x08 => self.slave = value,
             0x0C if value & 0x7F00 != 0 => {
                 return Err(format!("{} does not ask for DMA", self.name));
@@ -313,6 +345,30 @@ mod tests {
         timer.advance(100_000);
         assert_eq!(timer.read(0x10, 100_000).expect("a register") & 1, 1);
         assert_eq!(timer.read(0x24, 100_390), Ok(3));
+    }
+
+    #[test]
+    fn one_counts_the_captures_of_another_and_not_its_clock() {
+        let mut master = timer();
+        for (offset, value) in [(0x18, 1), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)] {
+            master.write(offset, value, 0).expect("a register");
+        }
+        let mut counter = timer();
+        for (offset, value) in [(0x08, 0x17), (0x2C, 2), (0x00, CEN)] {
+            counter.write(offset, value, 0).expect("a register");
+        }
+        assert_eq!(counter.counts_trigger(), Some(1));
+        let mut counts = Vec::new();
+        for edge in 1..=4 {
+            // Whether or not the one before was looked at.
+            if master.edge(0, true, 1000 * edge) {
+                counter.trigger();
+            }
+            assert!(!master.edge(0, false, 1000 * edge + 50));
+            counts.push(counter.read(0x24, 1000 * edge + 60).expect("a register"));
+        }
+        assert_eq!(counts, [1, 2, 0, 1]);
+        assert!(counter.write(0x08, 4, 0).is_err());
     }
 
     #[test]

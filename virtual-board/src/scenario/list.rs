@@ -41,6 +41,7 @@ const PLAIN: Scenario = Scenario {
     blind_us: 0,
     phases: 1,
     tells: Tells::Nothing,
+    kept: None,
     note: "",
 };
 
@@ -54,6 +55,11 @@ const SENSOR: Scenario = Scenario {
 };
 
 const LOAD_FROM_ANALOG: Step = Step::Set(Address::new(index::LOAD_INPUT, 1), Value::U8(1));
+
+/// A setting that is changed, where it does not matter which.
+const LOAD_SCALE: Address = Address::new(index::LOAD_INPUT, 2);
+
+const OLD_AND_NEW: [Value; 2] = [Value::F32(2.0), Value::F32(3.0)];
 
 /// All of them, in the order of the table.
 pub static ALL: &[Scenario] = &[
@@ -108,7 +114,7 @@ pub static ALL: &[Scenario] = &[
         at_power_up: true,
         lasts_ms: None,
         phases: 1,
-        tells: Tells::Fault(Told::SensorSilent),
+        tells: Tells::Fault(Told::SensorWrongId),
         ..SENSOR
     },
     Scenario {
@@ -254,8 +260,14 @@ pub static ALL: &[Scenario] = &[
     },
     Scenario {
         name: "power-cut",
-        what: "supply cut in a write while settings are stored",
+        what: "supply cut in a write while settings are stored, for each eighth of them",
+        before: &[
+            Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
+            Step::Store,
+            Step::Set(LOAD_SCALE, OLD_AND_NEW[1]),
+        ],
         steps: |write| vec![Step::Wrong(Fault::CutInFlash(write)), Step::Store],
+        kept: Some((LOAD_SCALE, OLD_AND_NEW)),
         variants: (1, 161, 8),
         tells: Tells::BootUp,
         ..PLAIN

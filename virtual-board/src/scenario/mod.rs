@@ -11,7 +11,8 @@ mod table;
 mod watch;
 
 use lsm6dsox::sim::Stimulus;
-use wire::uart::{self, ConfigGet, ConfigSet, Message};
+use wire::node::Command;
+use wire::uart::{self, ConfigGet, ConfigSet, Message, NmtRequest};
 use wire::{Address, Value};
 
 pub use list::ALL;
@@ -45,6 +46,8 @@ pub enum Step {
     Set(Address, Value),
     /// Settings are stored.
     Store,
+    /// A setting is asked for over the serial line.
+    Ask(Address),
     /// So many bytes without any meaning come over the serial line.
     Garbage(u32),
     /// So many questions come over CAN, and as many over the serial line, as fast as they go.
@@ -65,8 +68,8 @@ pub enum Invalid {
 
 impl Invalid {
     /// How much later than usual a frame may be and still say "stable", ms: the firmware gives up
-    /// what waited 20 ms for the bus.
-    pub const OLD_MS: u64 = 25;
+    /// what the bus did not take in 20 ms, and 16 more frames, a tick apart, wait before that.
+    pub const OLD_MS: u64 = 37;
 }
 
 /// Something that can go wrong.
@@ -96,6 +99,9 @@ pub struct Scenario {
     pub phases: u64,
     /// What is to be told.
     pub tells: Tells,
+    /// A setting whose value is asked for afterwards, the value it had before and the one that was
+    /// stored last.
+    pub kept: Option<(Address, [Value; 2])>,
     /// What is to be said of it in the table beside what was measured.
     pub note: &'static str,
 }
@@ -149,13 +155,21 @@ impl Step {
             Self::Wrong(fault) => board.inject(fault),
             Self::Set(address, value) => {
                 let value = value.into();
-                say(board, &Message::ConfigSet(ConfigSet { address, value }));
+                // Settings are changed while process data stand still.
+                for message in [
+                    Message::Nmt(NmtRequest(Command::EnterPreOperational)),
+                    Message::ConfigSet(ConfigSet { address, value }),
+                    Message::Nmt(NmtRequest(Command::StartRemoteNode)),
+                ] {
+                    say(board, &message);
+                }
             }
             Self::Store => {
                 let address = Address::new(wire::dictionary::index::STORE, 1);
                 let value = Value::U32(wire::dictionary::SIGNATURE_STORE).into();
                 say(board, &Message::ConfigSet(ConfigSet { address, value }));
             }
+            Self::Ask(address) => say(board, &Message::ConfigGet(ConfigGet { address })),
             Self::Garbage(count) => {
                 let bytes: Vec<u8> = (0..count)
                     .map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8)
@@ -235,11 +249,22 @@ impl Scenario {
                 well_since = None;
             }
         }
-        Ok(Outcome::of(self, &watch, &board, at, end))
+        let mut outcome = Outcome::of(self, &watch, &board, at, end);
+        if let Some((address, values)) = self.kept {
+            Step::Ask(address).act(&mut board);
+            let until = board.now() + 20 * MILLISECOND;
+            watch.run_until(&mut board, until)?;
+            outcome.keep(watch.answered(address), values);
+        }
+        Ok(outcome)
     }
 
     /// How long to wait for all to be well, ms.
     const fn patience_ms(&self) -> u64 {
-        4000
+        match (self.invalid, self.lasts_ms) {
+            // There to stay.
+            (Invalid::ToTheEnd, None) => 1000,
+            _ => 4000,
+        }
     }
 }

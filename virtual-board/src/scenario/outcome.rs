@@ -1,6 +1,6 @@
 //! What came of a scenario, from everything that the board said.
 
-use wire::{Counter, Fault};
+use wire::{Counter, Fault, Value};
 
 use super::watch::{Claim, Line, SHORT_US, Told, Watch};
 use super::{Invalid, Scenario, Tells};
@@ -43,9 +43,15 @@ pub struct Outcome {
     pub silent_us: [f64; 2],
     /// Whether the last frames on every line that is in use are valid and say "stable".
     pub well: bool,
-    /// Seconds of samples' times over the serial line: whether each is later than the one before,
-    /// by less than two ticks.
+    /// Whether each sample's time over the serial line is later than the one before, by less than
+    /// two ticks.
     pub steady_clock: bool,
+    /// The last sample's time over the serial line, µs.
+    pub last_sample_us: u64,
+    /// From the beginning to the first health message in which one of `counters` had gone on.
+    pub counted_us: Option<f64>,
+    /// How often the settings afterwards were the old ones, the new ones, anything else.
+    pub kept: [u64; 3],
     /// How long it was watched.
     pub watched_us: f64,
 }
@@ -89,6 +95,7 @@ impl Outcome {
             resets: resets.iter().map(|&(_, cause)| cause).collect(),
             watched_us: since(now),
             steady_clock: is_steady(claims()),
+            last_sample_us: claims().filter_map(|claim| claim.sample_us).last().unwrap_or(0),
             ..Self::default()
         };
         for claim in claims() {
@@ -177,14 +184,31 @@ impl Outcome {
     /// Counters begin anew with a reset, and are then no sign of anything.
     fn count(&mut self, watch: &Watch, at: u64, resets: &[(u64, ResetCause)]) {
         let before = watch.health.iter().rev().find(|(time, _)| *time < at);
-        let (Some((_, before)), Some((_, last)), true) =
-            (before, watch.health.last(), resets.is_empty())
-        else {
+        let (Some((_, before)), true) = (before, resets.is_empty()) else {
             return;
         };
-        let changed =
-            |counter: &Counter| before.counters.get(*counter) != last.counters.get(*counter);
-        self.counters = STILL.into_iter().filter(changed).collect();
+        for (time, health) in watch.health.iter().filter(|(time, _)| *time >= at) {
+            for counter in STILL {
+                if before.counters.get(counter) != health.counters.get(counter) {
+                    self.counted_us.get_or_insert(to_us(time - at));
+                    remember(&mut self.counters, counter);
+                }
+            }
+        }
+    }
+
+    /// Takes in what the settings are afterwards.
+    pub(super) fn keep(&mut self, answer: Option<&[u8]>, values: [Value; 2]) {
+        let is_answer = |value: &Value| answer == Some(&value.to_raw().to_le_bytes());
+        let place = values.iter().position(is_answer);
+        self.kept[place.unwrap_or(2)] += 1;
+    }
+
+    /// From the beginning to the first sign of it in anything that the board sends.
+    #[must_use]
+    pub fn noticed_us(&self) -> Option<f64> {
+        let signs = [self.doubted_us, self.told_us, self.counted_us];
+        signs.into_iter().flatten().reduce(f64::min)
     }
 
     /// Whether what is to be told has been told.
@@ -221,6 +245,11 @@ impl Outcome {
         self.last_stable_us = most(self.last_stable_us, other.last_stable_us);
         self.back_us = most(self.back_us, other.back_us);
         self.gone_us = most(self.gone_us, other.gone_us);
+        self.counted_us = most(self.counted_us, other.counted_us);
+        for (count, others) in self.kept.iter_mut().zip(other.kept) {
+            *count += others;
+        }
+        self.last_sample_us = self.last_sample_us.max(other.last_sample_us);
         self.late_us = self.late_us.max(other.late_us);
         self.checked += other.checked;
         self.stable_while_invalid += other.stable_while_invalid;

@@ -53,6 +53,9 @@ pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> 
         .collect())
 }
 
+/// Later than usual by less, µs, is not worth a word.
+const LATE_US: f64 = 2_000.0;
+
 /// The columns.
 pub const HEAD: &str = "\
 | `--fault` | what goes wrong | noticed after | told | \"stable\" at most until | frames without valid data that said \"stable\" | well again after |
@@ -62,15 +65,16 @@ pub const HEAD: &str = "\
 /// A row of the table.
 #[must_use]
 pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
-    let noticed = [outcome.doubted_us, outcome.told_us];
-    let noticed = noticed.into_iter().flatten().reduce(f64::min);
     format!(
         "| `{}` | {} | {} | {} | {} | {} | {} |\n",
         scenario.name,
         scenario.what,
-        noticed.map_or_else(|| "—".into(), time),
+        outcome.noticed_us().map_or_else(|| "—".into(), time),
         told(outcome),
         match (scenario.invalid, outcome.last_stable_us) {
+            (Invalid::Never, _) if outcome.late_us > LATE_US => {
+                format!("data are valid, {} late at most", time(outcome.late_us))
+            }
             (Invalid::Never, _) => "data are valid".into(),
             (_, None) => "never".into(),
             (_, Some(us)) => time(us),
@@ -115,6 +119,10 @@ fn well_again(scenario: &Scenario, outcome: &Outcome) -> String {
         (None, None) if outcome.well => "not disturbed".into(),
         (None, None) => "stays, reported".into(),
     };
+    let [old, new, neither] = outcome.kept;
+    if scenario.kept.is_some() {
+        text += &format!("; settings: {old} times the old ones, {new} times the new ones, {neither} times others");
+    }
     if !scenario.note.is_empty() {
         text += "; ";
         text += scenario.note;

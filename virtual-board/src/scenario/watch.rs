@@ -1,8 +1,8 @@
 //! What the board says, with the times at which it said it.
 
 use estimator_core::Decision;
-use wire::uart::{Decoder, HealthMessage, Message};
-use wire::{Emergency, Fault, Pdo, pdo};
+use wire::uart::{Answer, Decoder, HealthMessage, Message};
+use wire::{Address, Emergency, Fault, Pdo, pdo};
 
 use crate::board::Board;
 use crate::failure::Failure;
@@ -62,6 +62,8 @@ pub(super) struct Watch {
     pub(super) health: Vec<(u64, HealthMessage)>,
     /// Samples read from the sensor: when, and the data-ready edge before.
     pub(super) samples: Vec<(u64, Option<u64>)>,
+    /// What was answered to questions for settings.
+    answers: Vec<(Address, Vec<u8>)>,
     decoder: Decoder,
 }
 
@@ -149,8 +151,21 @@ impl Watch {
                 }
                 self.health.push((time, *health));
             }
+            Message::ConfigResponse(response) => {
+                if let Answer::Value(value) = response.answer {
+                    let bytes = value.as_bytes().to_vec();
+                    self.answers.push((response.address, bytes));
+                }
+            }
             _ => {}
         }
+    }
+
+    /// The last answer to a question for a setting.
+    pub(super) fn answered(&self, address: Address) -> Option<&[u8]> {
+        let mut answers = self.answers.iter().rev();
+        let found = answers.find(|(about, _)| *about == address);
+        found.map(|(_, value)| value.as_slice())
     }
 }
 
