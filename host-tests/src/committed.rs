@@ -39,12 +39,20 @@ pub fn assert_current(path: &Path, expected: &str) {
 /// # Panics
 /// Where it does not, or where there is no such block.
 pub fn assert_readme_block(name: &str, content: &str) {
+    assert_block(&workspace().join("README.md"), name, content);
+}
+
+/// Checks that a block of a Markdown file holds just `content`, as [`assert_current`] does with a
+/// whole file.
+///
+/// # Panics
+/// Where it does not, or where there is no such file or block.
+pub fn assert_block(file: &Path, name: &str, content: &str) {
     // Tests of one program run side by side: one at a time rewrites the file.
     static REWRITING: Mutex<()> = Mutex::new(());
     let _turn = REWRITING.lock().unwrap_or_else(PoisonError::into_inner);
-    let readme = workspace().join("README.md");
-    let text = fs::read_to_string(&readme).expect("the README can be read");
-    assert_current(&readme, &with_block(&text, name, content));
+    let text = fs::read_to_string(file).expect("the file can be read");
+    assert_current(file, &with_block(&text, name, content));
 }
 
 /// The root of the repository.

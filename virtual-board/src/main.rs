@@ -8,10 +8,9 @@ use std::process::{Command, ExitCode};
 use clap::{Args, Parser, Subcommand};
 use footfall::gait::GaitName;
 use footfall::input::{Hints, Opened};
-use lsm6dsox::sim::Fault as SensorFault;
 use virtual_board::board::{Board, BoardOptions, Fault};
-use virtual_board::chip::ChipOptions;
-use virtual_board::part::can::BusFault;
+use virtual_board::report::Deed;
+use virtual_board::scenario::{self, Scenario, Step};
 use virtual_board::{motion, report};
 
 /// Boots the very ELF that is flashed, on modelled peripherals, timing estimated.
@@ -42,9 +41,10 @@ struct RunArguments {
     /// Virtual time to run for; of a recording its length.
     #[arg(long)]
     seconds: Option<f64>,
-    /// What goes wrong, and when in ms: NAME@MS; the name `help` lists all.
+    /// What goes wrong, and when in ms: NAME@MS, or NAME:VARIANT@MS; `clear` ends what can end.
+    /// The name `help` lists all.
     #[arg(long = "fault", value_parser = fault)]
-    faults: Vec<(String, Option<Fault>, u64)>,
+    faults: Vec<Planned>,
     /// The gait's and the sensor's seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -53,57 +53,65 @@ struct RunArguments {
     out: PathBuf,
 }
 
-/// Faults by name. `None` is one of the board's making, in force from the start.
-fn faults() -> Vec<(&'static str, Option<Fault>)> {
-    use SensorFault as S;
-    vec![
-        ("miso-low", Some(Fault::Sensor(S::MisoStuckLow))),
-        ("miso-high", Some(Fault::Sensor(S::MisoStuckHigh))),
-        (
-            "bit-flips",
-            Some(Fault::Sensor(S::BitFlips { per_million: 1000 })),
-        ),
-        ("wrong-id", Some(Fault::Sensor(S::WrongId(0x6B)))),
-        ("sensor-reset", Some(Fault::Sensor(S::Reset))),
-        ("data-ready-lost", Some(Fault::Sensor(S::DataReadyLost))),
-        (
-            "data-ready-storm",
-            Some(Fault::Sensor(S::DataReadyStorm { period_ns: 10_000 })),
-        ),
-        ("frozen", Some(Fault::Sensor(S::FrozenOutput))),
-        ("saturated", Some(Fault::Sensor(S::Saturation))),
-        ("clock-fast", Some(Fault::Sensor(S::ClockRatio(1.05)))),
-        ("clock-slow", Some(Fault::Sensor(S::ClockRatio(0.95)))),
-        ("no-acknowledge", Some(Fault::Bus(BusFault::NoAcknowledge))),
-        ("bus-shorted", Some(Fault::Bus(BusFault::Shorted))),
-        ("bus-saturated", Some(Fault::Bus(BusFault::Saturated))),
-        ("brown-out", Some(Fault::BrownOut)),
-        ("reset", Some(Fault::Reset)),
-        ("power-cut-in-flash", Some(Fault::CutInFlash(1))),
-        ("hard-fault", Some(Fault::Derail)),
-        ("hang", Some(Fault::Hang)),
-        ("clear", Some(Fault::Clear)),
-        ("no-crystal", None),
-    ]
+/// A fault of the command line.
+#[derive(Clone)]
+struct Planned {
+    text: String,
+    /// `None` where everything that can end ends.
+    scenario: Option<&'static Scenario>,
+    variant: u64,
+    ms: u32,
 }
 
-fn fault(text: &str) -> Result<(String, Option<Fault>, u64), String> {
+/// Ends what can end.
+const CLEAR: &str = "clear";
+
+fn fault(text: &str) -> Result<Planned, String> {
     let names = || {
-        faults()
-            .iter()
-            .map(|(name, _)| *name)
-            .collect::<Vec<_>>()
-            .join(", ")
+        let names = scenario::ALL.iter().map(|scenario| scenario.name);
+        names.chain([CLEAR]).collect::<Vec<_>>().join(", ")
     };
     let Some((name, ms)) = text.split_once('@') else {
         return Err(format!("NAME@MS, the name one of {}", names()));
     };
     let ms = ms.parse().map_err(|_| format!("{ms} is no time in ms"))?;
-    faults()
-        .into_iter()
-        .find(|(known, _)| *known == name)
-        .map(|(known, fault)| (known.to_owned(), fault, ms))
-        .ok_or_else(|| format!("{name} is none of {}", names()))
+    let (name, variant) = match name.split_once(':') {
+        Some((name, variant)) => {
+            let number = variant.parse();
+            (
+                name,
+                Some(number.map_err(|_| format!("{variant} is no number"))?),
+            )
+        }
+        None => (name, None),
+    };
+    let scenario = Scenario::named(name);
+    if scenario.is_none() && name != CLEAR {
+        return Err(format!("{name} is none of {}", names()));
+    }
+    Ok(Planned {
+        text: text.to_owned(),
+        scenario,
+        variant: variant.unwrap_or_else(|| scenario.map_or(0, |found| found.variants.0)),
+        ms,
+    })
+}
+
+impl Planned {
+    /// What is done, and when, ms; what has to be so before comes before.
+    fn deeds(&self) -> Vec<Deed> {
+        let deed = |ms: u64, step: Step| Deed { ms, step };
+        let ms = u64::from(self.ms);
+        let Some(scenario) = self.scenario else {
+            return vec![deed(ms, Step::Wrong(Fault::Clear))];
+        };
+        let before = scenario.before.iter();
+        let before = before.map(|&step| deed(ms.min(scenario::BEFORE_MS), step));
+        let steps = (scenario.steps)(self.variant);
+        before
+            .chain(steps.into_iter().map(|step| deed(ms, step)))
+            .collect()
+    }
 }
 
 fn main() -> ExitCode {
@@ -127,12 +135,10 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     if let Some(sensor) = &mut options.sensor {
         sensor.seed = arguments.seed;
     }
-    if arguments
-        .faults
-        .iter()
-        .any(|(name, _, _)| name == "no-crystal")
-    {
-        options.chip = ChipOptions { crystal: None };
+    for planned in &arguments.faults {
+        if let Some(scenario) = planned.scenario {
+            (scenario.board)(&mut options, planned.ms.saturating_mul(1000));
+        }
     }
     let (mut board, seconds) = match &arguments.input {
         Some(input) => {
@@ -149,11 +155,8 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     };
     let run = report::Run {
         milliseconds: (seconds * 1000.0).max(0.0) as u64,
-        faults: arguments
-            .faults
-            .iter()
-            .filter_map(|(name, fault, ms)| Some((name.clone(), (*fault)?, *ms)))
-            .collect(),
+        faults: arguments.faults.iter().map(|planned| planned.text.clone()).collect(),
+        deeds: arguments.faults.iter().flat_map(Planned::deeds).collect(),
     };
     let report = report::run(&mut board, &run, &arguments.out)?;
     println!("{report:#}");

@@ -12,11 +12,12 @@ use wire::Counter;
 use wire::pdo::P16;
 use wire::uart::{ContactMessage, Decoder, HealthMessage, Message};
 
-use crate::board::{Board, Fault};
+use crate::board::Board;
 use crate::chip::Transaction;
 use crate::parity::{self, Comparison, Parity, SentContact};
 use crate::part::can::TimedFrame;
 use crate::part::usart::TimedByte;
+use crate::scenario::Step;
 use crate::spread::Spread;
 use crate::time::{PER_SECOND, to_ns, to_us};
 
@@ -34,8 +35,19 @@ const ESTIMATE: u32 = 0x180;
 pub struct Run {
     /// How long it is, ms.
     pub milliseconds: u64,
-    /// What goes wrong, and when, ms.
-    pub faults: Vec<(String, Fault, u64)>,
+    /// What goes wrong, in words.
+    pub faults: Vec<String>,
+    /// What is done to the board.
+    pub deeds: Vec<Deed>,
+}
+
+/// Something that is done to the board.
+#[derive(Clone, Debug)]
+pub struct Deed {
+    /// When, ms.
+    pub ms: u64,
+    /// What.
+    pub step: Step,
 }
 
 /// Points of the picture, at most.
@@ -233,15 +245,15 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
         can_log: create("can.log")?,
     };
     writeln!(log.samples, "t,p_stable,p_tangential,p_vertical,flags")?;
-    let mut faults = run.faults.clone();
-    faults.sort_by_key(|(_, _, ms)| *ms);
-    let mut faults = faults.into_iter().peekable();
+    let mut deeds = run.deeds.clone();
+    deeds.sort_by_key(|deed| deed.ms);
+    let mut deeds = deeds.into_iter().peekable();
     board.record_sensor_bus();
     let watched = board.watch_functions("estimator_core");
     let (mut last, mut last_watched) = (board.counters(), 0);
     for ms in 0..run.milliseconds {
-        while let Some((_, fault, _)) = faults.next_if(|(_, _, at)| *at <= ms) {
-            board.inject(fault);
+        while let Some(deed) = deeds.next_if(|deed| deed.ms <= ms) {
+            deed.step.act(board);
         }
         board.run_until((ms + 1) * MILLISECOND)?;
         let (now, now_watched) = (board.counters(), board.watched_instructions());
@@ -316,7 +328,7 @@ fn report(
             "can": parity.can_compared,
         })),
         "parity_mismatches": parity.map(|parity| parity.mismatches + parity.can_mismatches),
-        "faults": run.faults.iter().map(|(name, _, ms)| json!({ "name": name, "ms": ms })).collect::<Vec<_>>(),
+        "faults": run.faults,
         "emergencies": log.emergencies,
         "resets": resets,
         "core_faults": core_faults,

@@ -3,7 +3,8 @@
 
 mod common;
 
-use common::product;
+use common::{product, readme};
+use host_tests::committed::assert_block;
 use virtual_board::scenario::{self, Invalid, Outcome, Scenario};
 
 /// What is wrong with a row, beyond what its table says.
@@ -55,6 +56,9 @@ fn every_fault_is_told_and_recovered_from_and_no_frame_says_stable_without_data(
         table += &scenario::row(scenario, outcome);
         wrong.extend(objections(scenario, outcome));
     }
-    println!("{table}");
-    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+    assert!(rows.len() >= 25, "{} rows", rows.len());
+    if std::env::var_os("FOOTFALL_ELF").is_none() {
+        assert_block(&readme(), "faults", &table);
+    }
 }

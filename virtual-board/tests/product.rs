@@ -9,7 +9,8 @@ use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::chip::ChipOptions;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
 use virtual_board::part::rcc::ResetCause;
-use virtual_board::report::{self, Run};
+use virtual_board::report::{self, Deed, Run};
+use virtual_board::scenario::Step;
 use virtual_board::{motion, time};
 use wire::uart::{self, ConfigSet, Message};
 use wire::{Address, Value};
@@ -233,6 +234,7 @@ fn every_estimate_of_a_walk_has_the_bits_that_the_host_computes_from_the_same_co
     let run = Run {
         milliseconds: 60_000,
         faults: Vec::new(),
+        deeds: Vec::new(),
     };
     let report = report::run(&mut board, &run, &directory("parity")).expect("it runs");
     for line in ["uart", "can"] {
@@ -258,11 +260,11 @@ fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
     ];
     let run = Run {
         milliseconds: 1_500,
-        faults: vec![(
-            "frozen".into(),
-            Fault::Sensor(lsm6dsox::sim::Fault::FrozenOutput),
-            1_000,
-        )],
+        faults: vec!["frozen@1000".into()],
+        deeds: vec![Deed {
+            ms: 1_000,
+            step: Step::Wrong(Fault::Sensor(lsm6dsox::sim::Fault::FrozenOutput)),
+        }],
     };
     let outcome = |name: &str| {
         let out = directory(name);

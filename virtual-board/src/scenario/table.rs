@@ -81,7 +81,7 @@ pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
         },
         match outcome.checked {
             0 => "—".into(),
-            checked => format!("{} of {checked}", outcome.stable_while_invalid),
+            checked => format!("{} of some {}", outcome.stable_while_invalid, round(checked)),
         },
         well_again(scenario, outcome),
     )
@@ -130,7 +130,13 @@ fn well_again(scenario: &Scenario, outcome: &Outcome) -> String {
     text
 }
 
-/// For people: two digits.
+/// For people: two digits of a count.
+fn round(count: u64) -> u64 {
+    let step = 10_u64.pow(count.max(1).ilog10().saturating_sub(1));
+    count / step * step
+}
+
+/// For people: two digits of a time.
 fn time(us: f64) -> String {
     let ms = us / 1000.0;
     match ms {
