@@ -12,6 +12,7 @@ pub mod machine;
 pub mod motion;
 pub mod parity;
 pub mod part;
+pub mod recorded;
 pub mod report;
 pub mod scenario;
 pub mod spread;

@@ -7,8 +7,8 @@ use std::process::{Command, ExitCode};
 
 use clap::{Args, Parser, Subcommand};
 use footfall::gait::GaitName;
-use footfall::input::{Hints, Opened};
 use virtual_board::board::{Board, BoardOptions, Fault};
+use virtual_board::recorded::{self, Layout};
 use virtual_board::report::Deed;
 use virtual_board::scenario::{self, Scenario, Step};
 use virtual_board::{motion, report};
@@ -35,6 +35,12 @@ struct RunArguments {
     /// A recording that the sensor feels, resampled by straight lines.
     #[arg(long, conflicts_with = "gait")]
     input: Option<PathBuf>,
+    /// How the recording is laid out, where it has no header that tells.
+    #[arg(long, requires = "input")]
+    layout: Option<Layout>,
+    /// Seconds of the recording that are left out at its beginning.
+    #[arg(long, requires = "input", default_value_t = 0.0)]
+    skip: f64,
     /// A simulated gait that the sensor feels: stand, walk, trot or run.
     #[arg(long, default_value = "walk")]
     gait: GaitName,
@@ -142,8 +148,7 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     }
     let (mut board, seconds) = match &arguments.input {
         Some(input) => {
-            let loaded = Opened::new(input, None)?.read(&Hints::default())?;
-            let recording = motion::recording(&loaded.recording)?;
+            let recording = recorded::read(input, arguments.layout, arguments.skip)?;
             let seconds = arguments.seconds.unwrap_or(recording.duration());
             (Board::with_motion(&elf, options, recording)?, seconds)
         }
@@ -155,7 +160,11 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     };
     let run = report::Run {
         milliseconds: (seconds * 1000.0).max(0.0) as u64,
-        faults: arguments.faults.iter().map(|planned| planned.text.clone()).collect(),
+        faults: arguments
+            .faults
+            .iter()
+            .map(|planned| planned.text.clone())
+            .collect(),
         deeds: arguments.faults.iter().flat_map(Planned::deeds).collect(),
     };
     let report = report::run(&mut board, &run, &arguments.out)?;

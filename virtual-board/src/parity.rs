@@ -169,7 +169,10 @@ impl Comparison {
     }
 
     fn find_clock(&mut self) {
-        self.offset = clock_offset(self.bursts.make_contiguous(), self.contacts.make_contiguous());
+        self.offset = clock_offset(
+            self.bursts.make_contiguous(),
+            self.contacts.make_contiguous(),
+        );
     }
 
     fn compare_contact(&mut self) {

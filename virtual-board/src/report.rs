@@ -31,7 +31,7 @@ const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 
 /// What a run is made of.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Run {
     /// How long it is, ms.
     pub milliseconds: u64,

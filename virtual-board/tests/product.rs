@@ -2,9 +2,7 @@
 
 mod common;
 
-use std::path::PathBuf;
-
-use common::product;
+use common::{directory, product};
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::chip::ChipOptions;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
@@ -223,18 +221,13 @@ fn walking(elf: &[u8], seconds: f64) -> Board {
     Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits the flash")
 }
 
-fn directory(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
-}
-
 #[test]
 fn every_estimate_of_a_walk_has_the_bits_that_the_host_computes_from_the_same_codes() {
     let Some(elf) = product() else { return };
     let mut board = walking(&elf, 60.0);
     let run = Run {
         milliseconds: 60_000,
-        faults: Vec::new(),
-        deeds: Vec::new(),
+        ..Run::default()
     };
     let report = report::run(&mut board, &run, &directory("parity")).expect("it runs");
     for line in ["uart", "can"] {

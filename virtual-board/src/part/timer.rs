@@ -96,7 +96,11 @@ impl Timer {
     #[must_use]
     pub const fn counts_trigger(&self) -> Option<u32> {
         let counts = self.is_on() && self.slave & 7 == EXTERNAL_CLOCK;
-        if counts { Some(self.slave >> 4 & 7) } else { None }
+        if counts {
+            Some(self.slave >> 4 & 7)
+        } else {
+            None
+        }
     }
 
     /// The trigger that it counts has come.

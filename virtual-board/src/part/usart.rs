@@ -211,7 +211,11 @@ impl Usart {
                 .incoming
                 .front()
                 .is_some_and(|next| next.time <= time + frame);
-            self.idle_at = if follows || !stopped { NEVER } else { time + frame };
+            self.idle_at = if follows || !stopped {
+                NEVER
+            } else {
+                time + frame
+            };
             return;
         }
         if self.idle_at <= now {

@@ -95,7 +95,10 @@ impl Outcome {
             resets: resets.iter().map(|&(_, cause)| cause).collect(),
             watched_us: since(now),
             steady_clock: is_steady(claims()),
-            last_sample_us: claims().filter_map(|claim| claim.sample_us).last().unwrap_or(0),
+            last_sample_us: claims()
+                .filter_map(|claim| claim.sample_us)
+                .last()
+                .unwrap_or(0),
             ..Self::default()
         };
         for claim in claims() {
@@ -127,7 +130,10 @@ impl Outcome {
             *silent = silent.max(to_us(now - last));
         }
         let in_use = |line: Line| watch.claims.iter().any(|claim| claim.line == line);
-        let lines: Vec<Line> = Line::BOTH.into_iter().filter(|&line| in_use(line)).collect();
+        let lines: Vec<Line> = Line::BOTH
+            .into_iter()
+            .filter(|&line| in_use(line))
+            .collect();
         outcome.well = !lines.is_empty()
             && lines.iter().all(|&line| {
                 let of_line = |claim: &&Claim| claim.line == line;
@@ -144,8 +150,7 @@ impl Outcome {
         let from = end.or(last_reset).or(doubt).unwrap_or(at);
         if disturbed {
             let first = |line: Line| {
-                let good =
-                    |claim: &&Claim| claim.line == line && claim.valid && claim.time >= from;
+                let good = |claim: &&Claim| claim.line == line && claim.valid && claim.time >= from;
                 claims().find(good).map(|claim| claim.time)
             };
             let all: Option<Vec<u64>> = lines.iter().map(|&line| first(line)).collect();

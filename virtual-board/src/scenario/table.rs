@@ -36,7 +36,9 @@ pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> 
             });
         }
     });
-    let mut outcomes = outcomes.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut outcomes = outcomes
+        .into_inner()
+        .unwrap_or_else(PoisonError::into_inner);
     outcomes.sort_by_key(|(run, _)| *run);
     let mut worst: Vec<Option<Outcome>> = vec![None; ALL.len()];
     for ((place, ..), outcome) in outcomes {
@@ -81,7 +83,11 @@ pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
         },
         match outcome.checked {
             0 => "—".into(),
-            checked => format!("{} of some {}", outcome.stable_while_invalid, round(checked)),
+            checked => format!(
+                "{} of some {}",
+                outcome.stable_while_invalid,
+                round(checked)
+            ),
         },
         well_again(scenario, outcome),
     )
@@ -121,7 +127,9 @@ fn well_again(scenario: &Scenario, outcome: &Outcome) -> String {
     };
     let [old, new, neither] = outcome.kept;
     if scenario.kept.is_some() {
-        text += &format!("; settings: {old} times the old ones, {new} times the new ones, {neither} times others");
+        text += &format!(
+            "; settings: {old} times the old ones, {new} times the new ones, {neither} times others"
+        );
     }
     if !scenario.note.is_empty() {
         text += "; ";

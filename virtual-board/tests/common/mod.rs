@@ -24,6 +24,16 @@ pub fn readme() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")
 }
 
+/// A directory to write to.
+pub fn directory(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// Whether what takes many minutes is to be run as well.
+pub fn everything() -> bool {
+    std::env::var_os("FOOTFALL_HOUR").is_some_and(|value| value == "1")
+}
+
 /// Builds a release ELF for the target and returns its path.
 pub fn build(package: &str, program: &str) -> PathBuf {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
