@@ -17,3 +17,4 @@ pub mod report;
 pub mod scenario;
 pub mod spread;
 pub mod time;
+pub mod traffic;

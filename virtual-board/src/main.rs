@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use footfall::gait::GaitName;
@@ -11,6 +12,7 @@ use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::recorded::{self, Layout};
 use virtual_board::report::Deed;
 use virtual_board::scenario::{self, Scenario, Step};
+use virtual_board::traffic::Traffic;
 use virtual_board::{motion, report};
 
 /// Boots the very ELF that is flashed, on modelled peripherals, timing estimated.
@@ -54,6 +56,9 @@ struct RunArguments {
     /// The gait's and the sensor's seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Everything on: raw samples too, three more feet on the bus, and questions over both lines.
+    #[arg(long)]
+    full_load: bool,
     /// Where to write.
     #[arg(long)]
     out: PathBuf,
@@ -166,9 +171,20 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
             .map(|planned| planned.text.clone())
             .collect(),
         deeds: arguments.faults.iter().flat_map(Planned::deeds).collect(),
+        traffic: match arguments.full_load {
+            true => Traffic::Full,
+            false => Traffic::Own,
+        },
     };
+    let began = Instant::now();
     let report = report::run(&mut board, &run, &arguments.out)?;
     println!("{report:#}");
+    let took = began.elapsed().as_secs_f64();
+    let seconds = run.milliseconds as f64 / 1.0e3;
+    eprintln!(
+        "{seconds:.1} s in {took:.1} s: {:.1} times real time",
+        seconds / took
+    );
     Ok(())
 }
 

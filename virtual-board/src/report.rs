@@ -20,6 +20,7 @@ use crate::part::usart::TimedByte;
 use crate::scenario::Step;
 use crate::spread::Spread;
 use crate::time::{PER_SECOND, to_ns, to_us};
+use crate::traffic::Traffic;
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
@@ -39,6 +40,8 @@ pub struct Run {
     pub faults: Vec<String>,
     /// What is done to the board.
     pub deeds: Vec<Deed>,
+    /// What there is to do on its lines.
+    pub traffic: Traffic,
 }
 
 /// Something that is done to the board.
@@ -252,6 +255,7 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     let watched = board.watch_functions("estimator_core");
     let (mut last, mut last_watched) = (board.counters(), 0);
     for ms in 0..run.milliseconds {
+        run.traffic.act(board, ms);
         while let Some(deed) = deeds.next_if(|deed| deed.ms <= ms) {
             deed.step.act(board);
         }

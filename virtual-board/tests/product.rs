@@ -258,6 +258,7 @@ fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
             ms: 1_000,
             step: Step::Wrong(Fault::Sensor(lsm6dsox::sim::Fault::FrozenOutput)),
         }],
+        ..Run::default()
     };
     let outcome = |name: &str| {
         let out = directory(name);
