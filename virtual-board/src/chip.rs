@@ -394,7 +394,7 @@ impl Chip {
             if due > now {
                 return Ok(());
             }
-            if self.next_event() == due && self.reset_cause.is_some() {
+            if self.reset_cause.is_some() && self.next_event() == due {
                 return Ok(());
             }
         }

@@ -1,5 +1,7 @@
 //! A general-purpose timer: counting up, compare, capture, and counting the captures of another.
 
+use std::cell::Cell;
+
 use super::unknown;
 use crate::time::NEVER;
 
@@ -39,6 +41,8 @@ pub struct Timer {
     /// It counts from here when it is first started, its compares moved along: as if it had run
     /// for so long already.
     pub head_start: u32,
+    /// When one of the flags with an interrupt is next set, where that is known.
+    next: Cell<Option<u64>>,
 }
 
 impl Timer {
@@ -64,11 +68,12 @@ impl Timer {
             since: 0,
             period,
             head_start: 0,
+            next: Cell::new(None),
         }
     }
 
     /// A reset.
-    pub const fn reset(&mut self, period: u64) {
+    pub fn reset(&mut self, period: u64) {
         let bits = if self.mask == u32::MAX { 32 } else { 16 };
         let head_start = self.head_start;
         *self = Self::new(self.name, bits, period);
@@ -78,6 +83,7 @@ impl Timer {
     /// Its clock changes.
     pub fn set_period(&mut self, now: u64, period: u64) {
         self.advance(now);
+        self.next.set(None);
         // The fraction of a step is lost.
         self.since = now;
         self.period = period;
@@ -104,7 +110,7 @@ impl Timer {
     }
 
     /// The trigger that it counts has come.
-    pub const fn trigger(&mut self) {
+    pub fn trigger(&mut self) {
         if self.count == self.reload {
             self.count = 0;
             self.update(false);
@@ -139,9 +145,21 @@ impl Timer {
         }
     }
 
-    /// When one of the flags with an interrupt is next set.
+    /// When one of the flags with an interrupt is next set. It is asked for at every event of the
+    /// chip, and stays the same until it comes or a register is written.
     #[must_use]
     pub fn next_event(&self) -> u64 {
+        match self.next.get() {
+            Some(next) => next,
+            None => {
+                let next = self.find_next_event();
+                self.next.set(Some(next));
+                next
+            }
+        }
+    }
+
+    fn find_next_event(&self) -> u64 {
         if !self.runs() {
             return NEVER;
         }
@@ -159,6 +177,9 @@ impl Timer {
 
     /// Lets time pass.
     pub fn advance(&mut self, now: u64) {
+        if self.next.get().is_some_and(|next| next <= now) {
+            self.next.set(None);
+        }
         if !self.runs() {
             self.since = now;
             return;
@@ -201,10 +222,11 @@ impl Timer {
         }
     }
 
-    const fn update(&mut self, by_software: bool) {
+    fn update(&mut self, by_software: bool) {
         if self.control[0] & UDIS != 0 {
             return;
         }
+        self.next.set(None);
         self.dividing = self.prescaler;
         if !(by_software && self.control[0] & URS != 0) {
             self.status |= UIF;
@@ -274,6 +296,7 @@ impl Timer {
     /// Where there is none, or what is asked for is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
         self.advance(now);
+        self.next.set(None);
         match offset {
             0x00 => {
                 if value & 0x70 != 0 {
