@@ -8,8 +8,8 @@
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::pac::{TIM2, TIM4};
 use embassy_stm32::pac::timer::{regs, vals};
+use embassy_stm32::pac::{TIM2, TIM4};
 use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;

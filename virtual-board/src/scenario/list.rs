@@ -7,6 +7,7 @@ use wire::{Address, Counter, Fault as Told, Value};
 use super::{Invalid, Scenario, Step, Tells};
 use crate::board::Fault;
 use crate::part::can::BusFault;
+use crate::part::rcc::ResetCause;
 use crate::part::usart::LineFault;
 
 /// How long what does not end by itself lasts, ms.
@@ -41,6 +42,9 @@ const PLAIN: Scenario = Scenario {
     blind_us: 0,
     phases: 1,
     tells: Tells::Nothing,
+    resets: &[],
+    keeps_time: false,
+    clock_beyond_us: 0,
     kept: None,
     note: "",
 };
@@ -157,6 +161,7 @@ pub static ALL: &[Scenario] = &[
         steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::ClockRatio(1.05)))],
         invalid: Invalid::Never,
         note: "within what the timing takes",
+        keeps_time: true,
         ..SENSOR
     },
     Scenario {
@@ -165,6 +170,7 @@ pub static ALL: &[Scenario] = &[
         steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::ClockRatio(0.95)))],
         invalid: Invalid::Never,
         note: "within what the timing takes",
+        keeps_time: true,
         ..SENSOR
     },
     Scenario {
@@ -182,6 +188,7 @@ pub static ALL: &[Scenario] = &[
         steps: |_| vec![Step::Wrong(Fault::Bus(BusFault::Shorted))],
         lasts_ms: LASTING,
         tells: Tells::Fault(Told::CanBusOff),
+        keeps_time: true,
         ..PLAIN
     },
     Scenario {
@@ -190,6 +197,7 @@ pub static ALL: &[Scenario] = &[
         steps: |_| vec![Step::Wrong(Fault::Bus(BusFault::NoAcknowledge))],
         lasts_ms: LASTING,
         tells: Tells::Fault(Told::CanErrorPassive),
+        keeps_time: true,
         ..PLAIN
     },
     Scenario {
@@ -198,6 +206,7 @@ pub static ALL: &[Scenario] = &[
         steps: |_| vec![Step::Wrong(Fault::Bus(BusFault::Saturated))],
         lasts_ms: LASTING,
         tells: Tells::Counter(Counter::CanDropped),
+        keeps_time: true,
         ..PLAIN
     },
     Scenario {
@@ -221,6 +230,7 @@ pub static ALL: &[Scenario] = &[
         what: "20 000 bytes of garbage on the serial line",
         steps: |_| vec![Step::Garbage(20_000)],
         tells: Tells::Counter(Counter::UartRefused),
+        keeps_time: true,
         ..PLAIN
     },
     Scenario {
@@ -242,6 +252,7 @@ pub static ALL: &[Scenario] = &[
         },
         tells: Tells::BootUp,
         note: "a new board is like this: defaults apply",
+        resets: &[ResetCause::Pin],
         ..PLAIN
     },
     Scenario {
@@ -256,11 +267,12 @@ pub static ALL: &[Scenario] = &[
         },
         tells: Tells::Fault(Told::ConfigCorrupted),
         note: "defaults apply; stays, reported, until settings are stored",
+        resets: &[ResetCause::Pin],
         ..PLAIN
     },
     Scenario {
         name: "power-cut",
-        what: "supply cut in a write while settings are stored, for each eighth of them",
+        what: "supply cut while settings are stored, in each fourth of 115 writes",
         before: &[
             Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
             Step::Store,
@@ -268,8 +280,9 @@ pub static ALL: &[Scenario] = &[
         ],
         steps: |write| vec![Step::Wrong(Fault::CutInFlash(write)), Step::Store],
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
-        variants: (1, 161, 8),
+        variants: (3, 115, 4),
         tells: Tells::BootUp,
+        resets: &[ResetCause::PowerOn],
         ..PLAIN
     },
     Scenario {
@@ -277,6 +290,7 @@ pub static ALL: &[Scenario] = &[
         what: "stack overflow",
         steps: |_| vec![Step::Wrong(Fault::StackOverflow)],
         tells: Tells::Fault(Told::HardFault),
+        resets: &[ResetCause::Software],
         ..PLAIN
     },
     Scenario {
@@ -284,6 +298,7 @@ pub static ALL: &[Scenario] = &[
         what: "jump to where nothing is: HardFault",
         steps: |_| vec![Step::Wrong(Fault::Derail)],
         tells: Tells::Fault(Told::HardFault),
+        resets: &[ResetCause::Software],
         ..PLAIN
     },
     Scenario {
@@ -291,6 +306,7 @@ pub static ALL: &[Scenario] = &[
         what: "panic",
         steps: |_| vec![Step::Wrong(Fault::Panic)],
         tells: Tells::Fault(Told::Panic),
+        resets: &[ResetCause::Software],
         ..PLAIN
     },
     Scenario {
@@ -300,6 +316,7 @@ pub static ALL: &[Scenario] = &[
         invalid: Invalid::ToTheNextSample,
         blind_us: ONE_TICK_US,
         tells: Tells::Fault(Told::WatchdogReset),
+        resets: &[ResetCause::Watchdog],
         ..PLAIN
     },
     Scenario {
@@ -309,6 +326,7 @@ pub static ALL: &[Scenario] = &[
         invalid: Invalid::ToTheNextSample,
         blind_us: ONE_TICK_US,
         tells: Tells::Fault(Told::WatchdogReset),
+        resets: &[ResetCause::Watchdog],
         ..PLAIN
     },
     Scenario {
@@ -317,6 +335,7 @@ pub static ALL: &[Scenario] = &[
         steps: |_| vec![Step::Wrong(Fault::Deaf(SERIAL_DMA))],
         tells: Tells::Fault(Told::WatchdogReset),
         note: "CAN goes on until the reset",
+        resets: &[ResetCause::Watchdog],
         ..PLAIN
     },
     Scenario {
@@ -324,6 +343,7 @@ pub static ALL: &[Scenario] = &[
         what: "supply dips: brown-out reset",
         steps: |_| vec![Step::Wrong(Fault::BrownOut)],
         tells: Tells::BootUp,
+        resets: &[ResetCause::BrownOut],
         ..PLAIN
     },
     Scenario {
@@ -331,6 +351,7 @@ pub static ALL: &[Scenario] = &[
         what: "reset pin",
         steps: |_| vec![Step::Wrong(Fault::Reset)],
         tells: Tells::BootUp,
+        resets: &[ResetCause::Pin],
         ..PLAIN
     },
     Scenario {
@@ -342,6 +363,7 @@ pub static ALL: &[Scenario] = &[
         lasts_ms: LASTING,
         tells: Tells::Fault(Told::LoadSensorOpen),
         note: "the load is left out, the probabilities do not need it",
+        keeps_time: true,
         ..PLAIN
     },
     Scenario {
@@ -349,6 +371,8 @@ pub static ALL: &[Scenario] = &[
         what: "time going over 32 bits of µs",
         board: |options, at_us| options.time_base = 0_u32.wrapping_sub(at_us),
         note: "timestamps go on beyond 2³² µs",
+        keeps_time: true,
+        clock_beyond_us: 1 << 32,
         ..PLAIN
     },
 ];

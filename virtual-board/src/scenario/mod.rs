@@ -5,6 +5,7 @@
 //! [`ALL`] is the list of what can go wrong: rows of the fault matrix, and names on the program's
 //! command line.
 
+mod judge;
 mod list;
 mod outcome;
 mod table;
@@ -22,6 +23,7 @@ pub use table::{HEAD, matrix, row};
 use crate::board::{Board, BoardOptions, Fault};
 use crate::failure::Failure;
 use crate::part::can::Frame;
+use crate::part::rcc::ResetCause;
 use crate::time::{PER_SECOND, from_us};
 use watch::Watch;
 
@@ -99,6 +101,12 @@ pub struct Scenario {
     pub phases: u64,
     /// What is to be told.
     pub tells: Tells,
+    /// What the board is to be reset by.
+    pub resets: &'static [ResetCause],
+    /// Whether the times of the samples are to go on as if nothing were.
+    pub keeps_time: bool,
+    /// What the board's clock is to come to at the least, µs.
+    pub clock_beyond_us: u64,
     /// A setting whose value is asked for afterwards, the value it had before and the one that was
     /// stored last.
     pub kept: Option<(Address, [Value; 2])>,
@@ -256,15 +264,17 @@ impl Scenario {
             watch.run_until(&mut board, until)?;
             outcome.keep(watch.answered(address), values);
         }
+        outcome.objections = judge::objections(self, &outcome);
         Ok(outcome)
     }
 
+    /// Whether there are no valid data any more.
+    fn stays(&self) -> bool {
+        self.invalid == Invalid::ToTheEnd && self.lasts_ms.is_none()
+    }
+
     /// How long to wait for all to be well, ms.
-    const fn patience_ms(&self) -> u64 {
-        match (self.invalid, self.lasts_ms) {
-            // There to stay.
-            (Invalid::ToTheEnd, None) => 1000,
-            _ => 4000,
-        }
+    fn patience_ms(&self) -> u64 {
+        if self.stays() { 1000 } else { 4000 }
     }
 }

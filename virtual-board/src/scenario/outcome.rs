@@ -52,6 +52,8 @@ pub struct Outcome {
     pub counted_us: Option<f64>,
     /// How often the settings afterwards were the old ones, the new ones, anything else.
     pub kept: [u64; 3],
+    /// What is wrong with it: what the scenario was to come to, and did not.
+    pub objections: Vec<String>,
     /// How long it was watched.
     pub watched_us: f64,
 }
@@ -96,8 +98,8 @@ impl Outcome {
             watched_us: since(now),
             steady_clock: is_steady(claims()),
             last_sample_us: claims()
-                .filter_map(|claim| claim.sample_us)
-                .last()
+                .rev()
+                .find_map(|claim| claim.sample_us)
                 .unwrap_or(0),
             ..Self::default()
         };
@@ -264,6 +266,7 @@ impl Outcome {
         for (silent, others) in self.silent_us.iter_mut().zip(other.silent_us) {
             *silent = silent.max(others);
         }
+        self.objections.extend(other.objections.iter().cloned());
         merge(&mut self.emergencies, &other.emergencies);
         merge(&mut self.serial, &other.serial);
         merge(&mut self.resets, &other.resets);
