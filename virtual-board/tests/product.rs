@@ -8,6 +8,7 @@ use virtual_board::chip::ChipOptions;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
 use virtual_board::report::{self, Deed, Run};
 use virtual_board::scenario::Step;
+use virtual_board::traffic::Traffic;
 use virtual_board::{motion, time};
 
 const MILLISECOND: u64 = time::PER_SECOND / 1000;
@@ -192,7 +193,7 @@ fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
             ms: 1_000,
             step: Step::Wrong(Fault::Sensor(lsm6dsox::sim::Fault::FrozenOutput)),
         }],
-        ..Run::default()
+        traffic: Traffic::Full,
     };
     let outcome = |name: &str| {
         let out = directory(name);

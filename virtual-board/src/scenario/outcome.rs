@@ -227,7 +227,7 @@ impl Outcome {
             }
             Tells::Counter(counter) => self.counters.contains(&counter),
             Tells::BootUp => self.boot_up,
-            Tells::Nothing => self.told_us.is_none(),
+            Tells::Nothing => self.noticed_us().is_none(),
         }
     }
 

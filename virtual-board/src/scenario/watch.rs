@@ -26,7 +26,7 @@ impl Line {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Claim {
     pub(super) line: Line,
-    /// When its last bit had left.
+    /// When the last of what it says had left.
     pub(super) time: u64,
     /// By decision, or by a probability above one half without a doubt.
     pub(super) stable: bool,
@@ -65,6 +65,8 @@ pub(super) struct Watch {
     /// What was answered to questions for settings.
     answers: Vec<(Address, Vec<u8>)>,
     decoder: Decoder,
+    /// When the last byte but a frame's end left.
+    last_byte: u64,
 }
 
 impl Watch {
@@ -81,8 +83,13 @@ impl Watch {
     /// Takes in what it has said.
     pub(super) fn take(&mut self, board: &mut Board) {
         for TimedByte { time, byte } in board.take_uart() {
+            // A reset may cut a frame off before its end: the next one begins with it, long after
+            // what was said had left.
             if let Some(Ok(frame)) = self.decoder.push(byte) {
-                self.message(time, &frame.message);
+                self.message(self.last_byte, &frame.message);
+            }
+            if byte != 0 {
+                self.last_byte = time;
             }
         }
         for TimedFrame { time, frame } in board.take_can() {
