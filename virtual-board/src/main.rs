@@ -213,3 +213,32 @@ fn build() -> Result<PathBuf, String> {
     }
     Ok(directory.join(TARGET).join("release/foot"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_has_a_name_a_time_and_perhaps_a_variant() {
+        let planned = fault("power-cut:17@1000").expect("a fault");
+        assert_eq!((planned.variant, planned.ms), (17, 1000));
+        let deeds = planned.deeds();
+        let times: Vec<u64> = deeds.iter().map(|deed| deed.ms).collect();
+        assert_eq!(times, [300, 300, 300, 1000, 1000], "settings come first");
+        assert_eq!(
+            deeds.get(3).map(|deed| deed.step),
+            Some(Step::Wrong(Fault::CutInFlash(17)))
+        );
+        for text in ["frozen", "frozen@soon", "thawed@1000", "power-cut:x@1"] {
+            assert!(fault(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_row_of_the_matrix_is_a_fault_of_the_command_line() {
+        for row in scenario::ALL {
+            assert!(fault(&format!("{}@1000", row.name)).is_ok(), "{}", row.name);
+        }
+        assert!(fault("clear@1300").is_ok());
+    }
+}

@@ -25,7 +25,9 @@ pub struct Outcome {
     pub resets: Vec<ResetCause>,
     /// Counters that have gone on, of those that stand still while all is well.
     pub counters: Vec<Counter>,
-    /// From the beginning to the last frame that said "stable" before all was well again.
+    /// Whether data were invalid for a time.
+    pub had_no_data: bool,
+    /// From the beginning to the last frame that said "stable" before data were valid again.
     pub last_stable_us: Option<f64>,
     /// Frames about the contact while the data were invalid, but for the time in which that
     /// cannot be seen.
@@ -97,6 +99,7 @@ impl Outcome {
             resets: resets.iter().map(|&(_, cause)| cause).collect(),
             watched_us: since(now),
             steady_clock: is_steady(claims()),
+            had_no_data: !invalid.spans.is_empty(),
             last_sample_us: claims()
                 .rev()
                 .find_map(|claim| claim.sample_us)
@@ -122,14 +125,21 @@ impl Outcome {
         }
         outcome.tell(scenario, watch, at, end);
         outcome.count(watch, at, &resets);
-        for (line, silent) in Line::BOTH.into_iter().zip(&mut outcome.silent_us) {
-            let times = claims().filter(|claim| claim.line == line);
+        let mut silence_ended = [at; 2];
+        for line in Line::BOTH {
+            let (longest, ended) = (
+                &mut outcome.silent_us[line as usize],
+                &mut silence_ended[line as usize],
+            );
             let mut last = at;
-            for claim in times {
-                *silent = silent.max(to_us(claim.time - last));
-                last = claim.time;
+            let times = claims().filter(|claim| claim.line == line);
+            for time in times.map(|claim| claim.time).chain([now]) {
+                let silent = to_us(time - last);
+                if silent > *longest {
+                    (*longest, *ended) = (silent, time);
+                }
+                last = time;
             }
-            *silent = silent.max(to_us(now - last));
         }
         let in_use = |line: Line| watch.claims.iter().any(|claim| claim.line == line);
         let lines: Vec<Line> = Line::BOTH
@@ -143,13 +153,14 @@ impl Outcome {
                 let recent = from_us(DISTURBED_US as u64);
                 last.is_some_and(|claim| claim.valid && claim.stable && now - claim.time < recent)
             });
-        let disturbed = outcome.doubted_us.is_some()
-            || last_reset.is_some()
-            || lines
-                .iter()
-                .any(|&line| outcome.silent_us[line as usize] > DISTURBED_US);
+        let silence = lines
+            .iter()
+            .filter(|&&line| outcome.silent_us[line as usize] > DISTURBED_US)
+            .map(|&line| silence_ended[line as usize])
+            .max();
         let doubt = claims().find(|claim| !claim.valid).map(|claim| claim.time);
-        let from = end.or(last_reset).or(doubt).unwrap_or(at);
+        let disturbed = doubt.or(last_reset).or(silence).is_some();
+        let from = end.or(last_reset).or(doubt).or(silence).unwrap_or(at);
         if disturbed {
             let first = |line: Line| {
                 let good = |claim: &&Claim| claim.line == line && claim.valid && claim.time >= from;
@@ -262,6 +273,7 @@ impl Outcome {
         self.stable_while_invalid += other.stable_while_invalid;
         self.boot_up |= other.boot_up;
         self.well &= other.well;
+        self.had_no_data |= other.had_no_data;
         self.steady_clock &= other.steady_clock;
         for (silent, others) in self.silent_us.iter_mut().zip(other.silent_us) {
             *silent = silent.max(others);
@@ -369,4 +381,48 @@ fn is_steady<'a>(claims: impl Iterator<Item = &'a Claim>) -> bool {
         }
     }
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn claim(line: Line, age_us: f64, sample_us: u64) -> Claim {
+        Claim {
+            line,
+            time: 0,
+            stable: true,
+            valid: true,
+            age_us,
+            sample_us: Some(sample_us),
+        }
+    }
+
+    #[test]
+    fn a_frame_is_late_by_what_it_is_older_than_the_youngest_before() {
+        let usual = usual_ages(
+            &[claim(Line::Can, 655_000.0, 0), claim(Line::Uart, 500.0, 0)],
+            1,
+        );
+        let late = |line, age_us| lateness(&claim(line, age_us, 0), &usual);
+        assert_eq!(late(Line::Uart, 31_500.0), 31_000.0);
+        // Over the wrap of the short time.
+        assert_eq!(late(Line::Can, 640.0), 1_000.0);
+        assert_eq!(late(Line::Can, 654_995.0), 0.0);
+        assert_eq!(
+            lateness(&claim(Line::Can, 1.0, 0), &[f64::INFINITY; 2]),
+            0.0
+        );
+    }
+
+    #[test]
+    fn a_clock_is_steady_where_each_time_is_a_tick_after_the_one_before() {
+        let times = |all: &[u64]| {
+            let claims: Vec<Claim> = all.iter().map(|&t| claim(Line::Uart, 0.0, t)).collect();
+            is_steady(claims.iter())
+        };
+        assert!(times(&[4_294_966_900, 4_294_967_900, 4_294_968_850]));
+        assert!(!times(&[4_294_966_900, 604]));
+        assert!(!times(&[1000, 3001]));
+    }
 }

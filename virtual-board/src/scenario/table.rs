@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use super::{ALL, Invalid, Outcome, Problem, Scenario};
+use super::{ALL, Outcome, Problem, Scenario};
 
 /// Runs every scenario in all its variants, on all cores, and gives the worst of each.
 ///
@@ -73,13 +73,13 @@ pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
         scenario.what,
         outcome.noticed_us().map_or_else(|| "—".into(), time),
         told(outcome),
-        match (scenario.invalid, outcome.last_stable_us) {
-            (Invalid::Never, _) if outcome.late_us > LATE_US => {
+        match outcome.last_stable_us {
+            _ if !outcome.had_no_data && outcome.late_us > LATE_US => {
                 format!("data are valid, {} late at most", time(outcome.late_us))
             }
-            (Invalid::Never, _) => "data are valid".into(),
-            (_, None) => "never".into(),
-            (_, Some(us)) => time(us),
+            _ if !outcome.had_no_data => "data are valid".into(),
+            None => "never".into(),
+            Some(us) => time(us),
         },
         match outcome.checked {
             0 => "—".into(),
@@ -151,5 +151,20 @@ fn time(us: f64) -> String {
         ..9.95 => format!("{ms:.1} ms"),
         ..995.0 => format!("{ms:.0} ms"),
         _ => format!("{:.1} s", ms / 1000.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_two_digits() {
+        let times = [49.0, 9_949.0, 9_951.0, 994_000.0, 995_001.0, 1_234_000.0].map(time);
+        assert_eq!(
+            times,
+            ["0.0 ms", "9.9 ms", "10 ms", "994 ms", "1.0 s", "1.2 s"]
+        );
+        assert_eq!([0, 7, 96, 470, 2387].map(round), [0, 7, 96, 470, 2300]);
     }
 }
