@@ -91,6 +91,7 @@ fn play(elf: &[u8], which: &Recorded) -> Option<String> {
         Board::with_motion(elf, BoardOptions::default(), motion).expect("it fits the flash");
     let out = directory(&format!("recording-{}", which.file.replace('/', "-")));
     let report = report::run(&mut board, &run, &out).expect("it runs");
+    std::fs::remove_dir_all(&out).expect("what was written can be removed");
     let name = which.file;
     assert_eq!(report["parity_mismatches"], 0, "{name}: {report:#}");
     let compared = ["uart", "can"].map(|line| {
