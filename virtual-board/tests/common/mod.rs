@@ -71,6 +71,12 @@ pub fn boot(image: &Image) -> Cpu {
     Cpu::new(Machine::new(Chip::default()), &image.segments).expect("it fits the flash")
 }
 
+/// Whether the product is built here: one from elsewhere has numbers of its own, which are not
+/// those of the README.
+pub fn is_built_here() -> bool {
+    std::env::var_os("FOOTFALL_ELF").is_none()
+}
+
 /// The product: the ELF that `FOOTFALL_ELF` names, or a fresh build where there is its source.
 /// `None` where there is neither, which counts as a failure where everything is required.
 pub fn product() -> Option<Vec<u8>> {
