@@ -39,20 +39,20 @@ pub fn assert_current(path: &Path, expected: &str) {
 /// # Panics
 /// Where it does not, or where there is no such block.
 pub fn assert_readme_block(name: &str, content: &str) {
-    assert_block(&workspace().join("README.md"), name, content);
+    assert_block("README.md", name, content);
 }
 
-/// Checks that a block of a Markdown file holds just `content`, as [`assert_current`] does with a
-/// whole file.
+/// Checks that a block of a Markdown file in the repository holds just `content`.
 ///
 /// # Panics
 /// Where it does not, or where there is no such file or block.
-pub fn assert_block(file: &Path, name: &str, content: &str) {
-    // Tests of one program run side by side: one at a time rewrites the file.
+pub fn assert_block(file: &str, name: &str, content: &str) {
+    // Tests of one program run side by side: one at a time rewrites a file.
     static REWRITING: Mutex<()> = Mutex::new(());
     let _turn = REWRITING.lock().unwrap_or_else(PoisonError::into_inner);
-    let text = fs::read_to_string(file).expect("the file can be read");
-    assert_current(file, &with_block(&text, name, content));
+    let path = workspace().join(file);
+    let text = fs::read_to_string(&path).expect("the file can be read");
+    assert_current(&path, &with_block(&text, name, content));
 }
 
 /// The root of the repository.

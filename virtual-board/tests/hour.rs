@@ -6,7 +6,7 @@ mod common;
 use std::process::Command;
 use std::time::Instant;
 
-use common::{directory, everything, product, readme, workspace};
+use common::{directory, everything, product, workspace};
 use footfall::gait::GaitName;
 use host_tests::committed::assert_block;
 use serde_json::Value;
@@ -66,7 +66,7 @@ fn an_hour_with_everything_on_has_no_late_tick_no_drop_and_the_hosts_bits() {
     std::fs::remove_dir_all(&out).expect("what was written can be removed");
     if std::env::var_os("FOOTFALL_UPDATE").is_some_and(|value| value == "1") {
         let table = table(&report, factor);
-        assert_block(&readme(), "hour", &table);
+        assert_block("virtual-board/README.md", "hour", &table);
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use common::{directory, everything, is_built_here, product, readme};
+use common::{directory, everything, is_built_here, product};
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use virtual_board::board::{Board, BoardOptions};
@@ -137,5 +137,9 @@ fn every_estimate_of_every_recording_has_the_bits_that_the_host_computes_from_th
 | recording | from | for | compared over the serial line | over CAN | that differ in a bit |
 |---|---|---|---|---|---|
 ";
-    assert_block(&readme(), "recordings", &format!("{head}{rows}"));
+    assert_block(
+        "virtual-board/README.md",
+        "recordings",
+        &format!("{head}{rows}"),
+    );
 }
