@@ -69,6 +69,8 @@ pub enum Fault {
     Bus(BusFault),
     /// Of the serial line.
     Line(LineFault),
+    /// The crystal stops, and will not start again.
+    CrystalLost,
     /// The supply dips.
     BrownOut,
     /// Somebody presses reset.
@@ -251,6 +253,7 @@ impl Board {
                 machine.chip.with_sensor(now, |sensor| sensor.inject(fault));
             }
             Fault::Bus(fault) => machine.chip.can.set_fault(fault),
+            Fault::CrystalLost => machine.lose_crystal(),
             Fault::BrownOut => machine.chip.request_reset(ResetCause::BrownOut),
             Fault::Reset => machine.chip.request_reset(ResetCause::Pin),
             Fault::CutInFlash(operations) => {

@@ -780,12 +780,8 @@ impl Chip {
         let before = self.rcc.clocks();
         self.rcc
             .write(offset, value, now, self.flash.wait_states())?;
-        let clocks = self.rcc.clocks();
-        if clocks != before {
-            for timer in &mut self.timers {
-                timer.set_period(now, cycle(clocks.timers1));
-            }
-            self.can.set_clock(clocks.pclk1);
+        if self.rcc.clocks() != before {
+            self.follow_clocks(now);
         }
         // Reset registers lie 0x20 below the enables.
         if matches!(offset, 0x10 | 0x20 | 0x24) {
@@ -799,6 +795,24 @@ impl Chip {
             }
         }
         Ok(())
+    }
+
+    fn follow_clocks(&mut self, now: u64) {
+        let clocks = self.rcc.clocks();
+        for timer in &mut self.timers {
+            timer.set_period(now, cycle(clocks.timers1));
+        }
+        self.can.set_clock(clocks.pclk1);
+    }
+
+    /// The crystal stops: whether an NMI is due.
+    ///
+    /// # Errors
+    /// Where nobody watches it.
+    pub(crate) fn lose_crystal(&mut self, now: u64) -> Result<bool, String> {
+        let watched = self.rcc.lose_crystal(now, self.flash.wait_states())?;
+        self.follow_clocks(now);
+        Ok(watched)
     }
 
     fn reset_part(&mut self, part: Part, now: u64) {

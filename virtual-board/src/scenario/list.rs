@@ -42,6 +42,7 @@ const PLAIN: Scenario = Scenario {
     blind_us: 0,
     phases: 1,
     tells: Tells::Nothing,
+    with_can: true,
     resets: &[],
     keeps_time: false,
     clock_beyond_us: 0,
@@ -178,7 +179,18 @@ pub static ALL: &[Scenario] = &[
         what: "crystal missing at power-up",
         board: |options, _| options.chip.crystal = None,
         at_power_up: true,
+        with_can: false,
         tells: Tells::Fault(Told::CrystalMissing),
+        note: "stays, reported; CAN stays off",
+        ..PLAIN
+    },
+    Scenario {
+        name: "crystal-lost",
+        what: "crystal stops while running",
+        steps: |_| vec![Step::Wrong(Fault::CrystalLost)],
+        with_can: false,
+        tells: Tells::Fault(Told::CrystalMissing),
+        resets: &[ResetCause::Software],
         note: "stays, reported; CAN stays off",
         ..PLAIN
     },

@@ -101,6 +101,8 @@ pub struct Scenario {
     pub phases: u64,
     /// What is to be told.
     pub tells: Tells,
+    /// Whether there is to be CAN again afterwards.
+    pub with_can: bool,
     /// What the board is to be reset by.
     pub resets: &'static [ResetCause],
     /// Whether the times of the samples are to go on as if nothing were.

@@ -141,18 +141,16 @@ impl Outcome {
                 last = time;
             }
         }
-        let in_use = |line: Line| watch.claims.iter().any(|claim| claim.line == line);
-        let lines: Vec<Line> = Line::BOTH
-            .into_iter()
-            .filter(|&line| in_use(line))
-            .collect();
-        outcome.well = !lines.is_empty()
-            && lines.iter().all(|&line| {
-                let of_line = |claim: &&Claim| claim.line == line;
-                let last = watch.claims.iter().rev().find(of_line);
-                let recent = from_us(DISTURBED_US as u64);
-                last.is_some_and(|claim| claim.valid && claim.stable && now - claim.time < recent)
-            });
+        let lines: &[Line] = match scenario.with_can {
+            true => &Line::BOTH,
+            false => &[Line::Uart],
+        };
+        outcome.well = lines.iter().all(|&line| {
+            let of_line = |claim: &&Claim| claim.line == line;
+            let last = watch.claims.iter().rev().find(of_line);
+            let recent = from_us(DISTURBED_US as u64);
+            last.is_some_and(|claim| claim.valid && claim.stable && now - claim.time < recent)
+        });
         let silence = lines
             .iter()
             .filter(|&&line| outcome.silent_us[line as usize] > DISTURBED_US)
