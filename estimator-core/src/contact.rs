@@ -77,6 +77,8 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// Takes in the next sample, and the load on the foot at that moment where it is known.
     ///
     /// Causal, O(1), and total: any bits may come in, and what comes out is never NaN.
+    // A function of its own in every program, so that what it costs can be measured.
+    #[inline(never)]
     pub fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
         let elapsed = self.elapsed_us(sample.timestamp);
         let validity = match elapsed {

@@ -1,9 +1,17 @@
 //! Rest, and the gyroscope's bias that can be read off there.
 //!
 //! Rest is the IMU being still; it is not contact. A gyroscope at rest shows its bias, but a
-//! robot that turns slowly and steadily looks much the same. So a bias once known is followed
-//! only within a narrow gate, which opens slowly with time: as fast as temperature moves a bias,
-//! far slower than a turn comes and goes.
+//! robot that turns slowly and steadily looks much the same. Three things tell them apart:
+//!
+//! * A turn about anything but the vertical moves gravity through the sensor: it is no rest.
+//! * Temperature moves a bias slowly and not far, so one once known is followed only within a
+//!   narrow gate, which opens as fast as temperature does and no further.
+//! * A bias is there in every rest and a turn is not: what contradicts the known bias must have
+//!   been seen at rest for twice as long as the known bias itself.
+//!
+//! What is left is a steady turn about the vertical: one slower than the gate, and one that lasts
+//! for minutes and twice as long as all rest before it. It costs heading, which is not observed
+//! anyway, and not inclination.
 
 use crate::attitude::{Continuity, Step};
 use crate::params::{DEGREE, ParamsError, in_range};
@@ -12,6 +20,10 @@ use crate::vector::Vec3;
 /// Time constant of the means that deviations are taken from, s.
 const MEAN_TIME_CONSTANT: f32 = 0.5;
 
+/// How far gravity may move through the sensor in a rest, m/s²: by 0.2°, as it does in the second
+/// that is left of a rest's least duration at 0.2 °/s. Far above the noise of the mean.
+const LARGEST_SWAY: f32 = 0.03;
+
 /// How far from the known bias a rest may lie to be believed at once, rad/s.
 const GATE: f32 = 0.3 * DEGREE;
 
@@ -19,9 +31,20 @@ const GATE: f32 = 0.3 * DEGREE;
 /// moves a MEMS gyroscope's bias by while a board warms up.
 const GATE_GROWTH: f32 = 0.0005 * DEGREE;
 
-/// Growth of the gate while at rest outside it, rad/s per s: a bias that was learnt wrong, in a
-/// turn at power-up, is put right within minutes of rest.
-const GATE_GROWTH_AT_REST: f32 = 0.003 * DEGREE;
+/// How far the gate opens by itself, rad/s: 30 °C at the LSM6DSOX's typical 0.01 °/s per °C.
+const LARGEST_OPENING: f32 = 0.3 * DEGREE;
+
+/// Rest that contradicts the known bias must last this many times as long as the rest that the
+/// known bias rests on, …
+const CONTRADICTION: f32 = 2.0;
+
+/// … but at least this long, s: a bias that was learnt in a turn at power-up is put right within
+/// minutes of rest, …
+const LEAST_CONTRADICTION: f32 = 240.0;
+
+/// … and no more than this counts as the rest that the known bias rests on, s. Twice of it is what
+/// an f32 can count up to in steps of 0.1 ms.
+const LONGEST_KNOWN: f32 = 900.0;
 
 /// How much rest makes a bias known, s.
 const KNOWN_AFTER: f32 = 0.5;
@@ -105,10 +128,17 @@ pub(crate) struct BiasEstimator {
     coefficients: RestCoefficients,
     mean_force: Vec3,
     mean_rate: Vec3,
+    /// The mean force when this stillness began and the mean had settled.
+    first_force: Vec3,
     /// How long the sensor has been still, s.
     still: f32,
-    /// How much rest the bias rests on, s, up to the time constant.
+    /// How much rest the bias rests on, s, up to the time constant: what the mean is over.
     learnt: f32,
+    /// How much rest the bias rests on, s, up to [`LONGEST_KNOWN`]: what contradicts it must last
+    /// as long.
+    known: f32,
+    /// How much rest has contradicted the bias since a rest last agreed with it, s.
+    contradicted: f32,
     /// What the gate has opened by, rad/s.
     opening: f32,
     bias: Vec3,
@@ -120,8 +150,11 @@ impl BiasEstimator {
             coefficients,
             mean_force: Vec3::ZERO,
             mean_rate: Vec3::ZERO,
+            first_force: Vec3::ZERO,
             still: 0.0,
             learnt: 0.0,
+            known: 0.0,
+            contradicted: 0.0,
             opening: 0.0,
             bias: Vec3::ZERO,
         }
@@ -142,34 +175,50 @@ impl BiasEstimator {
         self.mean_force += force_deviation * gain;
         self.mean_rate += rate_deviation * gain;
 
-        self.opening = (self.opening + GATE_GROWTH * dt).min(limits.bias_limit);
+        self.opening = (self.opening + GATE_GROWTH * dt).min(LARGEST_OPENING);
         let still = step.continuity == Continuity::Continuous
             && force_deviation.dot(force_deviation) <= limits.acceleration_squared
             && rate_deviation.dot(rate_deviation) <= limits.rate_squared
-            && self.mean_rate.is_within(limits.bias_limit);
+            && self.mean_rate.is_within(limits.bias_limit)
+            && !self.sways();
         if !still {
             self.still = 0.0;
             return;
         }
         self.still = (self.still + dt).min(limits.duration);
+        if self.still < MEAN_TIME_CONSTANT {
+            self.first_force = self.mean_force;
+        }
         if self.still >= limits.duration {
             self.learn(dt);
         }
+    }
+
+    /// Whether gravity has moved through the sensor since the stillness began.
+    fn sways(&self) -> bool {
+        let sway = self.mean_force - self.first_force;
+        // In the beginning the mean has yet to settle.
+        self.still >= MEAN_TIME_CONSTANT && sway.dot(sway) > LARGEST_SWAY * LARGEST_SWAY
     }
 
     fn learn(&mut self, dt: f32) {
         let error = self.mean_rate - self.bias;
         let distance_squared = error.dot(error);
         let gate = GATE + self.opening;
-        let known = self.learnt > KNOWN_AFTER;
-        if !known || distance_squared < gate * gate {
-            self.learnt = (self.learnt + dt).min(self.coefficients.bias_time_constant);
-            self.bias += error * (dt / self.learnt);
+        if self.learnt > KNOWN_AFTER && distance_squared >= gate * gate {
+            self.contradicted += dt;
+            if self.contradicted < (CONTRADICTION * self.known).max(LEAST_CONTRADICTION) {
+                return;
+            }
+            self.learnt = 0.0;
+            self.known = 0.0;
         }
+        self.contradicted = 0.0;
+        self.learnt = (self.learnt + dt).min(self.coefficients.bias_time_constant);
+        self.known = (self.known + dt).min(LONGEST_KNOWN);
+        self.bias += error * (dt / self.learnt);
         if distance_squared < GATE * GATE {
             self.opening = 0.0;
-        } else {
-            self.opening += (GATE_GROWTH_AT_REST - GATE_GROWTH) * dt;
         }
     }
 
@@ -239,11 +288,41 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_steady_turn_of_a_minute_is_not_learnt() {
-        for turn in [1.0, 1.5, -1.0] {
+    fn a_slow_steady_turn_of_minutes_is_not_learnt() {
+        for turn in [0.7, 1.0, 1.5, -1.0] {
             let mut estimator = estimator();
             feed(&mut estimator, 0.1, 20.0);
-            assert_near(feed(&mut estimator, 0.1 + turn, 60.0), 0.1, 0.05);
+            assert_near(feed(&mut estimator, 0.1 + turn, 220.0), 0.1, 0.05);
+            // And every rest in between begins the count anew.
+            feed(&mut estimator, 0.1, 5.0);
+            assert_near(feed(&mut estimator, 0.1 + turn, 220.0), 0.1, 0.05);
+        }
+    }
+
+    #[test]
+    fn the_longer_a_bias_is_known_the_longer_a_turn_has_to_last() {
+        let mut estimator = estimator();
+        feed(&mut estimator, 0.1, 900.0);
+        assert_near(feed(&mut estimator, 1.1, 1700.0), 0.1, 0.03);
+        assert_near(feed(&mut estimator, 1.1, 200.0), 1.1, 0.01);
+    }
+
+    #[test]
+    fn a_turn_that_moves_gravity_is_no_rest_however_slow_and_long() {
+        for turn in [0.25, 0.5, 1.0, 1.9] {
+            let mut estimator = estimator();
+            feed(&mut estimator, 0.1, 20.0);
+            let step = Step {
+                seconds: DT,
+                continuity: Continuity::Continuous,
+            };
+            for k in 0..600_000 {
+                let angle = turn * DEGREE * k as f32 * DT;
+                let force = Vec3::new(0.0, 9.81 * libm::sinf(angle), 9.81 * libm::cosf(angle));
+                let rate = Vec3::new((0.1 + turn) * DEGREE, 0.0, 0.0);
+                estimator.update(force, rate, step);
+            }
+            assert_near(estimator.bias().x / DEGREE, 0.1, 0.05);
         }
     }
 

@@ -69,8 +69,8 @@ impl<const CAPACITY: usize> Window<CAPACITY> {
     #[inline]
     #[must_use]
     pub fn mean(&self) -> PerAxis<f32> {
-        let whole = (self.filled.max(1) as u64 * u64::from(Mass::ONE.steps())) as f32;
-        self.sum.map(|sum| sum as f32 / whole)
+        let whole = nearest(self.filled.max(1) as u64 * u64::from(Mass::ONE.steps()));
+        self.sum.map(|sum| nearest(sum) / whole)
     }
 
     /// Forgets every sample. O(1): what lies in the ring is never read again.
@@ -95,6 +95,16 @@ impl<const CAPACITY: usize> Window<CAPACITY> {
             Filling::Partial
         }
     }
+}
+
+/// The nearest f32, as a cast gives it. A microcontroller casts 64 bits in software; up to 2⁴⁸
+/// both halves are exact, and so their sum is rounded once.
+#[inline]
+fn nearest(sum: u64) -> f32 {
+    const HALF: u32 = 24;
+    let upper = (sum >> HALF) as u32 as f32;
+    let lower = (sum & ((1 << HALF) - 1)) as u32 as f32;
+    upper * (1_u32 << HALF) as f32 + lower
 }
 
 #[cfg(test)]
@@ -193,6 +203,22 @@ mod tests {
             masses.rotate_left(rotation);
             masses.swap(3, 17);
             prop_assert_eq!(before, mean(&masses));
+        }
+    }
+
+    #[test]
+    fn sums_become_the_f32_that_a_cast_gives() {
+        let mut sum = 1_u64;
+        for i in 0..2_000_000 {
+            sum = sum.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(i);
+            let sum = sum >> (16 + i % 48);
+            assert_eq!(nearest(sum), sum as f32, "{sum}");
+        }
+        // Halfway between two, and next to it.
+        for middle in [(1 << 24) + 1, (1 << 40) + (1 << 16), 3 << 38 | 1 << 15] {
+            for sum in middle - 1..=middle + 1 {
+                assert_eq!(nearest(sum), sum as f32, "{sum}");
+            }
         }
     }
 }

@@ -7,7 +7,7 @@
 //! | a tick, a data-ready edge, one burst; is the sensor still itself? | [`sampling`] |
 //! | the sensor's units and doubts become the estimator's | [`imu`] |
 //! | sample → estimate → frames, and all that is decided on the way | [`pipeline`] |
-//! | frames wait for the bus; the newest win | [`telemetry`], behind [`ports`] |
+//! | frames go to the bus at once, or wait; the newest win | [`telemetry`], behind [`ports`] |
 //!
 //! And what goes the other way, or happens beside it:
 //!
@@ -33,8 +33,8 @@
 //! |---|---|
 //! | an `embedded_hal_async` `SpiDevice` and `DelayNs` | [`sampling::Sensor`] |
 //! | [`sampling::Ticks`]: a timer and the captured edges | [`sampling::run`] |
-//! | a task that takes [`Ports::next_can`](ports::Ports::next_can) to the bus, one that puts what it received into [`Ports::put`](ports::Ports::put) | CAN |
-//! | the same with [`Ports::next_uart`](ports::Ports::next_uart) and a [`commands::UartReceiver`] | UART |
+//! | a [`Bus`](ports::Bus) that takes frames at once, a task that has [`Ports::send_can`](ports::Ports::send_can) send what waits, one that puts what it received into [`Ports::put`](ports::Ports::put) | CAN |
+//! | a task that takes [`Ports::take_uart`](ports::Ports::take_uart) to the line, one with a [`commands::UartReceiver`] | UART |
 //! | a task that does what [`Ports::next_request`](ports::Ports::next_request) asks for, with an `embedded_storage_async` `NorFlash` in [`storage::Storage`] | settings |
 //! | a task that feeds the watchdog where [`supervision::Progress`] says so | supervision |
 //!

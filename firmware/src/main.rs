@@ -7,7 +7,7 @@
 //! | level | what runs there |
 //! |---|---|
 //! | sampling, an executor at interrupt priority 2 | [`sample`] |
-//! | communication, an executor at interrupt priority 5 | [`send_can`], [`receive_can`], [`watch_bus`], [`send_uart`], [`receive_uart`] |
+//! | communication, an executor at interrupt priority 5 | [`send_can`], [`receive_can`], [`send_uart`], [`receive_uart`] |
 //! | thread | [`serve_requests`], [`feed_watchdog`], [`blink`] |
 
 #![no_std]
@@ -15,6 +15,7 @@
 
 mod board;
 
+use core::mem::discriminant;
 use core::ops::Range;
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -36,7 +37,7 @@ use firmware::supervision::Worker;
 use firmware::{Foot, Ports, Start};
 use static_cell::StaticCell;
 use wire::node::{BootCause, Crash};
-use wire::{CanFrame, Fault, Stage};
+use wire::{Fault, Stage};
 
 use board::clocks::Source;
 use board::crash::Reset;
@@ -58,8 +59,8 @@ static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 /// How long a bus may take nothing before what waits for it is too old.
 const BUS_PATIENCE: Duration = Duration::from_millis(20);
 
-/// How often a task that has nothing to do says that it is there.
-const IDLE: Duration = Duration::from_millis(100);
+/// What goes over the serial line in one piece: some frames.
+const UART_BATCH: usize = 4 * wire::uart::MAX_FRAME;
 
 /// How often the watchdog can be fed: ten times before it bites.
 const FEEDING: Duration = Duration::from_millis(60);
@@ -118,7 +119,6 @@ fn main() -> ! {
         let (control, can_out, can_in) = board.can.start(can_rate);
         once(send_can(can_out), |task| communication.spawn(task));
         once(receive_can(can_in), |task| communication.spawn(task));
-        once(watch_bus(), |task| communication.spawn(task));
         control
     });
     once(send_uart(uart_out), |task| communication.spawn(task));
@@ -142,6 +142,7 @@ async fn sample(
     foot: &'static mut Foot,
     self_test: bool,
 ) {
+    let mut bus = BusState::Active;
     sampling::run(
         sensor,
         board::sensor::Delay,
@@ -149,6 +150,7 @@ async fn sample(
         self_test,
         |tick, measurement| {
             foot.tick(tick, measurement, Some(load.reading()), &PORTS);
+            tell_bus_state(&mut bus);
             let trouble = if foot.faults().is_empty() { 0 } else { TROUBLE };
             LIGHT.store(foot.stage().code() | trouble, Ordering::Relaxed);
         },
@@ -156,38 +158,30 @@ async fn sample(
     .await;
 }
 
-// The communication level.
-
-/// Takes frames to the bus.
-#[embassy_executor::task]
-async fn send_can(mut can: board::can::Sender) {
-    loop {
-        // Without a time limit, and its cost, where one is there already.
-        let frame = match PORTS.try_next_can() {
-            Some(frame) => Some(frame),
-            None => with_timeout(IDLE, PORTS.next_can()).await.ok(),
-        };
-        if let Some(frame) = frame {
-            deliver(&frame, &mut can).await;
-        }
-        PORTS.progress.report(Worker::Can);
+/// Tells the foot, with its next tick, how the controller gets on with the bus. Bus-off lasts 1.4 ms
+/// at the least.
+fn tell_bus_state(known: &mut BusState) {
+    let state = board::can::bus_state();
+    // The counters alone are no news.
+    if discriminant(&state) != discriminant(known) && PORTS.try_put(Input::Bus(state)) {
+        *known = state;
     }
 }
 
-/// Takes a frame to the bus. Where that takes nothing for too long, process data are given up, in
-/// the mailboxes too: what comes first when the bus is back is new.
-async fn deliver(frame: &CanFrame, can: &mut board::can::Sender) {
-    while !can.try_send(frame) {
-        if with_timeout(BUS_PATIENCE, can.room_for(frame))
-            .await
-            .is_err()
-        {
-            PORTS.progress.report(Worker::Can);
-            let given_up = PROCESS_DATA.contains(&frame.id());
-            let count = can.withdraw(&PROCESS_DATA) + u32::from(given_up);
-            PORTS.put(Input::CanWithdrawn(count)).await;
-            if given_up {
-                return;
+// The communication level.
+
+/// Takes to the bus what it did not take at once. Where it takes nothing for too long, process data
+/// are given up, in the mailboxes too: what comes first when the bus is back is new.
+#[embassy_executor::task]
+async fn send_can(mut can: board::can::Sender) {
+    loop {
+        PORTS.can_ready().await;
+        PORTS.progress.report(Worker::Can);
+        PORTS.send_can(board::can::try_send);
+        if !PORTS.can_is_empty() && with_timeout(BUS_PATIENCE, can.freed()).await.is_err() {
+            let count = can.withdraw(&PROCESS_DATA) + PORTS.give_up_can();
+            if count > 0 {
+                PORTS.put(Input::CanWithdrawn(count)).await;
             }
         }
     }
@@ -206,29 +200,24 @@ async fn receive_can(mut can: board::can::Receiver) {
     }
 }
 
-/// Tells the foot how the controller gets on with the bus. Bus-off lasts 1.4 ms at the least.
-#[embassy_executor::task]
-async fn watch_bus() {
-    let mut known = BusState::Active;
-    loop {
-        let state = board::can::bus_state();
-        // The counters alone are no news.
-        if core::mem::discriminant(&state) != core::mem::discriminant(&known) {
-            known = state;
-            PORTS.put(Input::Bus(state)).await;
-        }
-        Timer::after_millis(1).await;
-    }
-}
-
-/// Takes frames to the serial line.
+/// Takes frames to the serial line, those that wait in one piece.
 #[embassy_executor::task]
 async fn send_uart(mut uart: board::uart::Sender) {
+    let mut batch = [0; UART_BATCH];
     loop {
-        match with_timeout(IDLE, select(PORTS.next_uart(), UART_RATE.wait())).await {
-            Ok(Either::First(frame)) => uart.send(frame.as_bytes()).await,
-            Ok(Either::Second(rate)) => uart.set_rate(rate).await,
-            Err(_) => {}
+        let length = PORTS.take_uart(&mut batch);
+        let rate = match batch.get(..length) {
+            Some(bytes @ [_, ..]) => {
+                uart.send(bytes).await;
+                UART_RATE.try_take()
+            }
+            _ => match select(PORTS.uart_ready(), UART_RATE.wait()).await {
+                Either::First(()) => None,
+                Either::Second(rate) => Some(rate),
+            },
+        };
+        if let Some(rate) = rate {
+            uart.set_rate(rate).await;
         }
         PORTS.progress.report(Worker::Uart);
     }
@@ -292,6 +281,7 @@ async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) {
     let mut deepest = 0;
     loop {
         for _ in 0..FEEDINGS_A_LOOK {
+            PORTS.call();
             Timer::after(FEEDING).await;
             if PORTS.progress.all_got_on() {
                 watchdog.pet();
@@ -367,8 +357,10 @@ fn introduce(start: &Start, origin: Origin) {
 #[inline(never)]
 fn make_foot(settings: wire::Settings, start: Start) -> Option<&'static mut Foot> {
     static FOOT: StaticCell<Foot> = StaticCell::new();
-    let foot = Foot::new(settings, start).ok()?;
-    Some(FOOT.init(foot))
+    let config = settings.params().validate().ok()?;
+    let foot = FOOT.init_with(|| Foot::with_config(settings, &config, start));
+    foot.set_bus(board::can::try_send);
+    Some(foot)
 }
 
 /// Spawns a task of which there is one.

@@ -10,19 +10,19 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use estimator_core::{
-    ContactEstimate, ContactEstimator, Flag, Load, ParamsError, Timestamp, Validity,
+    Config, ContactEstimate, ContactEstimator, Flag, Flags, Load, ParamsError, Timestamp, Validity,
 };
 use lsm6dsox::scale::FullScale;
 use wire::dictionary::index;
 use wire::node::{BootCause, Crash, State};
-use wire::pdo::{Quantity, TEMPERATURE_STEP};
+use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadSource, WINDOW_CAPACITY};
-use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
+use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message, Payload};
 use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage};
 
 use crate::calibration::{Calibration, News};
 use crate::commands;
-use crate::ports::{BusState, Input, Ports, Request};
+use crate::ports::{Bus, BusState, Input, Ports, Request};
 use crate::sampling::{Activity, Measurement, Tick, Trouble};
 use crate::supervision::{Fading, Hysteresis, Worker};
 use crate::telemetry::Lane;
@@ -76,7 +76,6 @@ pub struct Foot {
     estimator: ContactEstimator<WINDOW_CAPACITY>,
     /// Settings of the estimator have changed since it was made.
     outdated: bool,
-    estimate: ContactEstimate,
     counters: Counters,
     temperature: f32,
     stage: Stage,
@@ -90,6 +89,8 @@ pub struct Foot {
     can_lost: u32,
     start: Option<Start>,
     with_can: bool,
+    /// What takes frames past their queue.
+    sends: Bus,
     storing: Option<Asker>,
     /// A request that did not get through yet.
     wanted: Option<Request>,
@@ -103,12 +104,19 @@ impl Foot {
     /// # Errors
     /// What [`Settings`] that were checked never cause: parameters that do not fit each other.
     pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
-        let estimator = ContactEstimator::new(&settings.params().validate()?);
-        Ok(Self {
+        let config = settings.params().validate()?;
+        Ok(Self::with_config(settings, &config, start))
+    }
+
+    /// The same with the estimator's `config`, which is that of the settings; made in its place
+    /// where there is one.
+    #[must_use]
+    #[inline]
+    pub fn with_config(settings: Settings, config: &Config<WINDOW_CAPACITY>, start: Start) -> Self {
+        Self {
             node: Node::new(settings, start.serial),
-            estimator,
+            estimator: ContactEstimator::new(config),
             outdated: false,
-            estimate: ContactEstimate::default(),
             counters: Counters::default(),
             temperature: f32::NAN,
             stage: Stage::Starting,
@@ -121,11 +129,17 @@ impl Foot {
             can_lost: 0,
             start: Some(start),
             with_can: !start.crystal_missing,
+            sends: |_| false,
             storing: None,
             wanted: None,
             ticks: 0,
             uart_sequence: 0,
-        })
+        }
+    }
+
+    /// From now on `bus` gets each frame first; what it does not take waits in its queue.
+    pub const fn set_bus(&mut self, bus: Bus) {
+        self.sends = bus;
     }
 
     /// Its settings.
@@ -149,7 +163,7 @@ impl Foot {
     /// The newest estimate.
     #[must_use]
     pub const fn estimate(&self) -> &ContactEstimate {
-        &self.estimate
+        self.node.estimate()
     }
 
     /// What was counted so far.
@@ -173,23 +187,30 @@ impl Foot {
         self.judge_sensor(measurement, ports);
         let load = self.load(reading, ports);
 
-        if core::mem::take(&mut self.outdated)
-            && let Ok(config) = self.settings().params().validate()
-        {
-            self.estimator = ContactEstimator::new(&config);
+        if core::mem::take(&mut self.outdated) {
+            self.renew_estimator();
         }
-        self.estimate = self.estimator.update(&measurement.sample, load);
-        self.set_stage(measurement, ports);
-        if let Some(news) = self.calibration.tick(&self.estimate) {
+        let estimate = self.estimator.update(&measurement.sample, load);
+        self.set_stage(measurement, estimate.flags, ports);
+        if let Some(news) = self.calibration.tick(&estimate) {
             self.publish_calibration(news, ports);
         }
 
-        self.send_can(ports);
-        self.send_uart(measurement, tick.time, ports);
+        self.send_can(&estimate, ports);
+        self.send_uart(&estimate, measurement, tick.time, ports);
         let mut gone = wire::Faults::NONE;
         self.fading.tick(|fault| gone = gone.with(fault));
         gone.iter().for_each(|fault| self.clear(fault, ports));
         self.report_progress(measurement, ports);
+    }
+
+    /// Takes up the settings of the estimator. Apart from the tick, whose stack would otherwise have
+    /// room for a second estimator each time.
+    #[inline(never)]
+    fn renew_estimator(&mut self) {
+        if let Ok(config) = self.settings().params().validate() {
+            self.estimator = ContactEstimator::new(&config);
+        }
     }
 
     /// On the first tick: the boot-up message, and what is wrong from before.
@@ -213,7 +234,7 @@ impl Foot {
 
     fn boot<M: RawMutex>(&mut self, cause: BootCause, ports: &Ports<M>) {
         if let Some(frame) = self.node.boot(cause) {
-            self.push_can(Lane::Answer, frame, ports);
+            self.push_can(Lane::Notice, frame, ports);
         }
     }
 
@@ -229,7 +250,8 @@ impl Foot {
             };
             self.take_input(&input, ports);
         }
-        if let Some(request) = self.wanted.take()
+        if self.wanted.is_some()
+            && let Some(request) = self.wanted.take()
             && !ports.request(request.clone())
         {
             self.wanted = Some(request);
@@ -250,7 +272,7 @@ impl Foot {
             Input::Uart(message) => {
                 let outcome = commands::answer(&mut self.node, message);
                 if let Some(response) = outcome.response {
-                    self.push_uart(Lane::Answer, response, ports);
+                    self.push_uart(Lane::Answer, &response, ports);
                 }
                 if let Some(event) = outcome.event {
                     let address = outcome.address.unwrap_or(Address::new(0, 0));
@@ -332,7 +354,7 @@ impl Foot {
                 }
             }
             Asker::Uart(address) => {
-                self.push_uart(Lane::Answer, commands::finished(address, result), ports);
+                self.push_uart(Lane::Answer, &commands::finished(address, result), ports);
             }
         }
     }
@@ -396,7 +418,7 @@ impl Foot {
         } else {
             self.clear(Fault::SensorSaturated, ports);
         }
-        if self.sound_ticks >= SOUND_TICKS {
+        if self.sound_ticks >= SOUND_TICKS && !self.faults().is_empty() {
             // What the self-test has found stays until the next start.
             for fault in [
                 Fault::SensorSilent,
@@ -434,13 +456,18 @@ impl Foot {
         }
     }
 
-    fn set_stage<M: RawMutex>(&mut self, measurement: &Measurement, ports: &Ports<M>) {
+    fn set_stage<M: RawMutex>(
+        &mut self,
+        measurement: &Measurement,
+        flags: Flags,
+        ports: &Ports<M>,
+    ) {
         let stage = match measurement.activity {
             Activity::Starting => Stage::Starting,
             Activity::SelfTest => Stage::SelfTest,
             Activity::Recovering => Stage::Recovering,
             Activity::Measuring => {
-                if self.estimate.flags.contains(Flag::AttitudeNotInitialised) {
+                if flags.contains(Flag::AttitudeNotInitialised) {
                     Stage::HoldStill
                 } else {
                     Stage::Running
@@ -461,13 +488,13 @@ impl Foot {
         }
     }
 
-    fn send_can<M: RawMutex>(&mut self, ports: &Ports<M>) {
-        let with_can = self.with_can;
+    fn send_can<M: RawMutex>(&mut self, estimate: &ContactEstimate, ports: &Ports<M>) {
+        let (with_can, bus) = (self.with_can, self.sends);
         let mut dropped = 0;
         let (node, counters) = (&mut self.node, &self.counters);
-        node.tick(&self.estimate, self.temperature, counters, |frame| {
+        node.tick(estimate, self.temperature, counters, |frame| {
             if with_can {
-                dropped += ports.push_can(lane_of(&frame), frame);
+                dropped += ports.push_can(lane_of(&frame), &frame, bus);
             }
         });
         self.counters.add(Counter::CanDropped, dropped);
@@ -475,6 +502,7 @@ impl Foot {
 
     fn send_uart<M: RawMutex>(
         &mut self,
+        estimate: &ContactEstimate,
         measurement: &Measurement,
         now: Timestamp,
         ports: &Ports<M>,
@@ -486,13 +514,13 @@ impl Foot {
         let ticks = self.ticks;
         let is_due = |every: u16| every != 0 && ticks.is_multiple_of(u32::from(every));
         if is_due(streams.contact) {
-            let contact = ContactMessage::new(&self.estimate, self.node.faults());
-            self.push_uart(Lane::Stream, Message::Contact(contact), ports);
+            let contact = ContactMessage::new(estimate, self.node.faults());
+            self.push_uart(Lane::Stream, &contact, ports);
         }
         if is_due(streams.raw)
             && let Some(raw) = raw_message(measurement)
         {
-            self.push_uart(Lane::Stream, Message::Raw(raw), ports);
+            self.push_uart(Lane::Stream, &raw, ports);
         }
         if is_due(streams.health) {
             let health = HealthMessage {
@@ -505,7 +533,7 @@ impl Foot {
                 counters: self.counters,
                 unknown_faults: 0,
             };
-            self.push_uart(Lane::Stream, Message::Health(health), ports);
+            self.push_uart(Lane::Stream, &health, ports);
         }
     }
 
@@ -514,7 +542,7 @@ impl Foot {
         if measurement.raw.is_some() || excused {
             ports.progress.report(Worker::Sampling);
         }
-        if self.estimate.timestamp == measurement.sample.timestamp {
+        if self.estimate().timestamp == measurement.sample.timestamp {
             ports.progress.report(Worker::Estimator);
         }
         if !self.with_can {
@@ -527,7 +555,7 @@ impl Foot {
             return;
         }
         if let Some(frame) = self.node.raise(fault, detail) {
-            self.push_can(Lane::Answer, frame, ports);
+            self.push_can(Lane::Notice, frame, ports);
         }
         self.log(ERROR, fault.name(), ports);
     }
@@ -542,28 +570,28 @@ impl Foot {
             return;
         }
         if let Some(frame) = self.node.clear(fault) {
-            self.push_can(Lane::Answer, frame, ports);
+            self.push_can(Lane::Notice, frame, ports);
         }
     }
 
     fn log<M: RawMutex>(&mut self, level: u8, text: &str, ports: &Ports<M>) {
         if level <= self.settings().log_level() {
             let line = LogMessage::new(level, text);
-            self.push_uart(Lane::Answer, Message::Log(line), ports);
+            self.push_uart(Lane::Answer, &Message::Log(line), ports);
         }
     }
 
     fn push_can<M: RawMutex>(&mut self, lane: Lane, frame: CanFrame, ports: &Ports<M>) {
         if self.with_can {
-            let dropped = ports.push_can(lane, frame);
+            let dropped = ports.push_can(lane, &frame, self.sends);
             self.counters.add(Counter::CanDropped, dropped);
         }
     }
 
-    fn push_uart<M: RawMutex>(&mut self, lane: Lane, message: Message, ports: &Ports<M>) {
+    fn push_uart<M: RawMutex>(&mut self, lane: Lane, message: &impl Payload, ports: &Ports<M>) {
         let sequence = self.uart_sequence;
         self.uart_sequence = sequence.wrapping_add(1);
-        let dropped = ports.push_uart(lane, uart::Frame { sequence, message });
+        let dropped = ports.push_uart(lane, sequence, message);
         self.counters.add(Counter::UartDropped, dropped);
     }
 }
@@ -572,10 +600,13 @@ impl Foot {
 const ERROR: u8 = 1;
 const INFORMATION: u8 = 3;
 
-/// Process data are a stream; emergencies (0x080) and heartbeats (0x700) are not.
+/// Process data are a stream, the contact before all others; emergencies (0x080) and heartbeats
+/// (0x700) are not.
 const fn lane_of(frame: &CanFrame) -> Lane {
+    const CONTACT: u16 = Pdo::Contact.base();
     match frame.id() & 0x780 {
-        0x080 | 0x700 => Lane::Answer,
+        CONTACT => Lane::Estimate,
+        0x080 | 0x700 => Lane::Notice,
         _ => Lane::Stream,
     }
 }

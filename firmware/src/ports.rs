@@ -5,7 +5,7 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use estimator_core::Timestamp;
-use wire::uart::{self, Message};
+use wire::uart::{self, Message, Payload};
 use wire::{CanFrame, Settings};
 
 use crate::supervision::Progress;
@@ -47,6 +47,10 @@ pub enum BusState {
     Off,
 }
 
+/// A CAN controller that sends a frame at once, or says `false`: not now. It is called with the
+/// queue for CAN locked, so never twice at the same time.
+pub type Bus = fn(&CanFrame) -> bool;
+
 /// Something the foot wants done.
 #[expect(
     clippy::large_enum_variant,
@@ -68,8 +72,8 @@ pub enum Request {
 /// The queues between the sampling loop and everything slower.
 #[derive(Debug)]
 pub struct Ports<M: RawMutex> {
-    can: Outlet<M, CanFrame, 16, 16>,
-    uart: Outlet<M, uart::Frame, 8, 8>,
+    can: Outlet<M, CanFrame, 16, 16, 16, 16>,
+    uart: Outlet<M, uart::Encoded, 0, 0, 8, 8>,
     inputs: Channel<M, Input, 16>,
     requests: Channel<M, Request, 2>,
     reloaded: Channel<M, Settings, 1>,
@@ -88,8 +92,8 @@ impl<M: RawMutex> Ports<M> {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            can: Outlet::new(),
-            uart: Outlet::new(),
+            can: Outlet::new(CanFrame::EMPTY),
+            uart: Outlet::new(uart::Encoded::EMPTY),
             inputs: Channel::new(),
             requests: Channel::new(),
             reloaded: Channel::new(),
@@ -97,9 +101,24 @@ impl<M: RawMutex> Ports<M> {
         }
     }
 
-    /// Waits for the next frame for the CAN bus.
-    pub async fn next_can(&self) -> CanFrame {
-        self.can.next().await
+    /// Waits until there are frames for the CAN bus, or for [`call`](Self::call).
+    pub async fn can_ready(&self) {
+        self.can.ready().await;
+    }
+
+    /// Whether no frame waits for the CAN bus.
+    pub fn can_is_empty(&self) -> bool {
+        self.can.is_empty()
+    }
+
+    /// Has `bus` send the frames that wait, until it takes none of those that are next.
+    pub fn send_can(&self, bus: Bus) {
+        self.can.take_all(bus);
+    }
+
+    /// Gives up the process data that wait for the CAN bus: how many frames those were.
+    pub fn give_up_can(&self) -> u32 {
+        self.can.clear(Lane::Estimate) + self.can.clear(Lane::Stream)
     }
 
     /// The next frame for the CAN bus, if there is one.
@@ -107,16 +126,37 @@ impl<M: RawMutex> Ports<M> {
         self.can.try_next()
     }
 
-    /// Waits for the next frame for the UART.
-    pub async fn next_uart(&self) -> uart::Encoded {
-        let uart::Frame { sequence, message } = self.uart.next().await;
-        uart::encode(sequence, &message)
+    /// Waits until there are frames for the UART, or for [`call`](Self::call).
+    pub async fn uart_ready(&self) {
+        self.uart.ready().await;
+    }
+
+    /// Moves frames for the UART to `room`, as many as there are and as fit: how many bytes. Room
+    /// for fewer than [`uart::MAX_FRAME`] may never be enough.
+    pub fn take_uart(&self, room: &mut [u8]) -> usize {
+        let mut used = 0;
+        self.uart.take_all(|frame| {
+            let bytes = frame.as_bytes();
+            let end = used + bytes.len();
+            let Some(place) = room.get_mut(used..end) else {
+                return false;
+            };
+            place.copy_from_slice(bytes);
+            used = end;
+            true
+        });
+        used
     }
 
     /// The next frame for the UART, if there is one.
     pub fn try_next_uart(&self) -> Option<uart::Encoded> {
-        let uart::Frame { sequence, message } = self.uart.try_next()?;
-        Some(uart::encode(sequence, &message))
+        self.uart.try_next()
+    }
+
+    /// Has the tasks that empty the queues look up and report their [`Progress`], where they can.
+    pub fn call(&self) {
+        self.can.call();
+        self.uart.call();
     }
 
     /// Waits for the next thing that the foot wants done.
@@ -145,12 +185,14 @@ impl<M: RawMutex> Ports<M> {
         self.reloaded.send(settings).await;
     }
 
-    pub(crate) fn push_can(&self, lane: Lane, frame: CanFrame) -> u32 {
-        self.can.push(lane, frame)
+    pub(crate) fn push_can(&self, lane: Lane, frame: &CanFrame, bus: Bus) -> u32 {
+        self.can.push(lane, frame, bus)
     }
 
-    pub(crate) fn push_uart(&self, lane: Lane, frame: uart::Frame) -> u32 {
-        self.uart.push(lane, frame)
+    pub(crate) fn push_uart(&self, lane: Lane, sequence: u16, message: &impl Payload) -> u32 {
+        self.uart.push_in_place(lane, |frame| {
+            uart::encode_into(frame, sequence, message);
+        })
     }
 
     pub(crate) fn request(&self, request: Request) -> bool {
@@ -158,10 +200,17 @@ impl<M: RawMutex> Ports<M> {
     }
 
     pub(crate) fn take_input(&self) -> Option<Input> {
+        // Mostly there is none, and nothing that is not there is moved about.
+        if self.inputs.is_empty() {
+            return None;
+        }
         self.inputs.try_receive().ok()
     }
 
     pub(crate) fn take_reloaded(&self) -> Option<Settings> {
+        if self.reloaded.is_empty() {
+            return None;
+        }
         self.reloaded.try_receive().ok()
     }
 }

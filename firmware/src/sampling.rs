@@ -26,6 +26,7 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::SpiDevice;
 use estimator_core::{ImuSample, Timestamp, Validity};
 use lsm6dsox::asynch::{BOOT_MICROS, Lsm6dsox};
+use lsm6dsox::config::Write;
 use lsm6dsox::{Error, FrozenDetector, RawSample, SelfTest};
 use wire::Fault;
 
@@ -62,6 +63,9 @@ const SETTLED_TICKS: u32 = 1000;
 
 /// The first and the longest wait between two attempts to start the sensor, ticks.
 const BACK_OFF_TICKS: (u32, u32) = (10, 1000);
+
+/// The configuration of the sensor as it was written; data rates come last.
+static WRITES: [Write; imu::SENSOR.writes().len()] = imu::SENSOR.writes();
 
 /// A tick of the timer that is master of the sampling, as the board saw it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -233,14 +237,12 @@ impl<SPI: SpiDevice> Sensor<SPI> {
     /// new to read either, and bad ticks tell.
     async fn look_at_one_register(&mut self, now: Timestamp) -> Option<Trouble> {
         let turn = self.watch.turn;
-        let writes = self.driver.config().writes();
-        // Data rates come last in `writes`.
         let which = match turn % 4 {
             0 => None,
-            2 => writes.len().checked_sub(1),
-            _ => (turn / 2).checked_rem(writes.len()),
+            2 => WRITES.len().checked_sub(1),
+            _ => (turn / 2).checked_rem(WRITES.len()),
         };
-        let write = which.and_then(|which| writes.get(which).copied());
+        let write = which.and_then(|which| WRITES.get(which).copied());
         for _ in 0..2 {
             let result = match write {
                 None => self.driver.check_identity().await,
@@ -363,13 +365,14 @@ impl Watch {
         } else {
             self.without_edge.saturating_add(1)
         };
-        self.saturated_ticks = if raw.is_fresh() && raw.is_saturated() {
+        let saturated = raw.is_saturated();
+        self.saturated_ticks = if raw.is_fresh() && saturated {
             self.saturated_ticks.saturating_add(1)
         } else {
             0
         };
         // At the end of the range repeats are no sign of anything.
-        if !raw.is_saturated() {
+        if !saturated {
             self.frozen.update(raw);
         }
         if tick.edge.is_none() {

@@ -111,28 +111,40 @@ impl Hysteresis {
 
 /// Faults that are events, not states: each is kept up for a while after it last happened.
 #[derive(Clone, Copy, Debug)]
-pub struct Fading([u16; Fault::ALL.len()]);
+pub struct Fading {
+    left: [u16; Fault::ALL.len()],
+    /// How many are kept up: mostly none, which is to cost nothing.
+    held: usize,
+}
 
 impl Default for Fading {
     fn default() -> Self {
-        Self([0; Fault::ALL.len()])
+        Self {
+            left: [0; Fault::ALL.len()],
+            held: 0,
+        }
     }
 }
 
 impl Fading {
     /// It has happened: keep it up for this many ticks.
     pub fn hold(&mut self, fault: Fault, ticks: u16) {
-        if let Some(left) = self.0.get_mut(usize::from(fault.number())) {
+        if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
+            self.held += usize::from(*left == 0);
             *left = ticks.max(1);
         }
     }
 
     /// One tick: hands those whose time is over to `clear`.
     pub fn tick(&mut self, mut clear: impl FnMut(Fault)) {
-        for (left, fault) in self.0.iter_mut().zip(Fault::ALL) {
+        if self.held == 0 {
+            return;
+        }
+        for (left, fault) in self.left.iter_mut().zip(Fault::ALL) {
             if *left > 0 {
                 *left -= 1;
                 if *left == 0 {
+                    self.held -= 1;
                     clear(fault);
                 }
             }

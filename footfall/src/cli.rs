@@ -1,11 +1,16 @@
-//! The command line: `footfall replay`, `footfall decode`, and `footfall demo`, which is also what
-//! happens without a sub-command.
+//! The command line: one sub-command a task, and `footfall demo` where none is named.
 
-use std::path::PathBuf;
+mod attitude;
+mod calibrate;
+
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use estimator_core::{Gravity, WindowLength};
 use wire::NodeId;
+
+pub use attitude::AttitudeArguments;
+pub use calibrate::CalibrateArguments;
 
 use crate::config::{
     Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
@@ -13,10 +18,11 @@ use crate::config::{
 use crate::decode::{self, row::write_rows};
 use crate::demo;
 use crate::error::Error;
+use crate::evaluate::{self, Evaluation, table::Style};
 use crate::input::{Format, Hints, Opened};
 use crate::output::write_file;
 use crate::replay::replay;
-use crate::report::{Outputs, SummaryStyle, hand_over, print};
+use crate::report::{Outputs, SummaryStyle, hand_over, print, print_json, print_text};
 use crate::targets;
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
@@ -39,6 +45,12 @@ pub enum Command {
     /// Turn what a foot has sent, a log of candump -l or a recording of its serial line, into rows,
     /// and report what is missing or damaged
     Decode(DecodeArguments),
+    /// Score this estimator and the methods of others on the recordings that have labels
+    Evaluate(EvaluateArguments),
+    /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
+    Attitude(AttitudeArguments),
+    /// Find half-widths in a few steps on good ground, or with --rests what is wrong with the sensor
+    Calibrate(CalibrateArguments),
 }
 
 /// What `footfall replay` takes. Later wins: preset, configuration file, options.
@@ -102,6 +114,26 @@ pub struct DecodeArguments {
     pub json: bool,
 }
 
+/// What `footfall evaluate` takes.
+#[derive(Debug, Args)]
+pub struct EvaluateArguments {
+    /// The folder with pce/ and lcd/ in it
+    #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = evaluate::DATASETS)]
+    pub datasets: PathBuf,
+    /// Print the tables in Markdown; the first is the README's
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
+    /// Print everything as one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Draw the distribution of |P - label|, of this estimator and of fuzzy c-means
+    #[arg(long, value_name = "OUT.svg")]
+    pub histogram: Option<PathBuf>,
+    /// Draw how often P comes true
+    #[arg(long, value_name = "OUT.svg")]
+    pub reliability: Option<PathBuf>,
+}
+
 /// A node id, decimal or with 0x hexadecimal.
 fn parse_node(text: &str) -> Result<NodeId, &'static str> {
     let id = match text.strip_prefix("0x") {
@@ -135,17 +167,17 @@ impl Arguments {
             Command::Replay(arguments) => arguments.run(),
             Command::Demo(DemoArguments { out, seed }) => demo::run(&out, seed),
             Command::Decode(arguments) => arguments.run(),
+            Command::Evaluate(arguments) => arguments.run(),
+            Command::Attitude(arguments) => arguments.run(),
+            Command::Calibrate(arguments) => arguments.run(),
         }
     }
 }
 
 impl ReplayArguments {
     fn run(self) -> Result<(), Error> {
-        let overrides = match &self.config {
-            Some(path) => Overrides::read(path)?,
-            None => Overrides::default(),
-        };
-        let config_name = self.config.as_ref().map(|path| path.display().to_string());
+        let configuration = Configuration::read(self.config.as_deref())?;
+        let overrides = &configuration.overrides;
         let opened = Opened::new(&self.input, self.format)?;
         let mut params = self.preset.params(opened.format());
         overrides.apply(&mut params);
@@ -153,17 +185,13 @@ impl ReplayArguments {
             params.window = window;
         }
         targets::check(&self.input, self.output.as_deref(), self.plot.as_deref())?;
-        let hints = Hints {
-            sample_rate: self.sample_rate.or(overrides.sample_rate_hz),
-            gravity: self.gravity.or(overrides.gravity),
-        };
+        let hints = configuration.hints(self.sample_rate, self.gravity)?;
         let loaded = opened.read(&hints)?;
-        for notice in &loaded.notices {
-            eprintln!("footfall: {notice}");
-        }
+        tell(&loaded.notices);
         let outputs = Outputs {
             samples: None,
             estimates: self.output,
+            map: overrides.probability_map,
             plot: self.plot,
             others: Vec::new(),
             summary: if self.json {
@@ -173,8 +201,8 @@ impl ReplayArguments {
             },
         };
         let origins = Origins {
-            file: config_name.as_deref(),
-            overrides: &overrides,
+            file: configuration.name.as_deref(),
+            overrides,
             window: self.window,
             recording: &self.input.display().to_string(),
             sample_rate: match (self.sample_rate, overrides.sample_rate_hz) {
@@ -193,9 +221,7 @@ impl DecodeArguments {
     fn run(&self) -> Result<(), Error> {
         targets::check(&self.input, self.output.as_deref(), None)?;
         let decoded = decode::read(&self.input, &self.nodes)?;
-        for notice in &decoded.notices {
-            eprintln!("footfall: {notice}");
-        }
+        tell(&decoded.notices);
         if let Some(path) = &self.output {
             write_file(path, |to| write_rows(&decoded.rows, to))?;
         }
@@ -205,6 +231,63 @@ impl DecodeArguments {
             SummaryStyle::Text
         };
         print(&decoded.report, style, &self.output).map_err(Error::Print)
+    }
+}
+
+impl EvaluateArguments {
+    fn run(&self) -> Result<(), Error> {
+        targets::check_pictures(self.histogram.as_deref(), self.reliability.as_deref())?;
+        let evaluation = Evaluation::run(&self.datasets)?;
+        if let Some(path) = &self.histogram {
+            write_file(path, |to| to.write_all(evaluation.histogram()?.as_bytes()))?;
+        }
+        if let Some(path) = &self.reliability {
+            write_file(path, |to| {
+                to.write_all(evaluation.reliability()?.as_bytes())
+            })?;
+        }
+        if self.json {
+            print_json(&evaluation)
+        } else if self.markdown {
+            print_text(&evaluation.full_tables(Style::Markdown))
+        } else {
+            print_text(&evaluation.full_tables(Style::Text))
+        }
+        .map_err(Error::Print)
+    }
+}
+
+/// Says what was left out or reinterpreted.
+fn tell(notices: &[String]) {
+    for notice in notices {
+        eprintln!("footfall: {notice}");
+    }
+}
+
+/// A configuration file, or one that changes nothing.
+struct Configuration {
+    /// The file as it was named.
+    name: Option<String>,
+    overrides: Overrides,
+}
+
+impl Configuration {
+    fn read(path: Option<&Path>) -> Result<Self, Error> {
+        Ok(Self {
+            name: path.map(|path| path.display().to_string()),
+            overrides: path.map(Overrides::read).transpose()?.unwrap_or_default(),
+        })
+    }
+
+    /// What readers are told, where options win.
+    fn hints(&self, sample_rate: Option<f32>, gravity: Option<Gravity>) -> Result<Hints, Error> {
+        Ok(Hints {
+            sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
+            gravity: gravity.or(self.overrides.gravity),
+            correction: self
+                .overrides
+                .correction(self.name.as_deref().unwrap_or_default())?,
+        })
     }
 }
 

@@ -5,6 +5,7 @@ use std::io;
 use estimator_core::ParamsError;
 use thiserror::Error;
 
+use crate::calibrate::CalibrationError;
 use crate::config::{ConfigError, Refusal};
 use crate::decode::DecodeError;
 use crate::input::InputError;
@@ -19,6 +20,14 @@ pub enum Error {
     /// What was to be decoded cannot be.
     #[error(transparent)]
     Decode(#[from] DecodeError),
+    /// A recording to be evaluated is absent.
+    #[error("{file} is not there; --datasets names the folder above it, the file is from {origin}")]
+    NoDataset {
+        /// The file.
+        file: String,
+        /// Where it can be had.
+        origin: &'static str,
+    },
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),
@@ -28,6 +37,9 @@ pub enum Error {
     /// The parameters are not valid, in the words of whoever set them.
     #[error(transparent)]
     Refused(#[from] Refusal),
+    /// The recordings do not tell what they should.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// A result could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),

@@ -10,24 +10,31 @@
 //! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
 //! | results have somewhere to go | [`targets`] |
 //! | the estimator runs over it | [`replay`] |
-//! | how good that was | [`metrics`] |
+//! | or measures half-widths, or what is wrong with the sensor | [`calibrate`] |
+//! | how good that was | [`metrics`], [`reliability`], and of its orientation [`attitude`]; beside other methods, [`evaluate`] |
+//! | what P means, where labels tell | [`probability_map`] |
 //! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
 
+pub mod attitude;
+pub mod calibrate;
 pub mod can_log;
 pub mod cli;
 pub mod config;
 pub mod decode;
 pub mod demo;
 pub mod error;
+pub mod evaluate;
 pub mod gait;
 pub mod input;
 pub mod metrics;
 mod number;
 pub mod output;
 pub mod plot;
+pub mod probability_map;
 mod progress;
 pub mod recording;
+pub mod reliability;
 pub mod replay;
 pub mod report;
 pub mod summary;

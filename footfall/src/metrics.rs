@@ -6,7 +6,9 @@
 use estimator_core::{ContactEstimate, Timestamp};
 use serde::Serialize;
 
+use crate::probability_map::ProbabilityMap;
 use crate::recording::{Label, RecordedSample};
+use crate::reliability::calibration_error;
 
 /// The probability above which the answer is "stable".
 pub const DECISION_THRESHOLD: f64 = 0.5;
@@ -40,7 +42,8 @@ impl Scored {
     }
 
     /// The label as a probability: 1 or 0.
-    fn truth(&self) -> f64 {
+    #[must_use]
+    pub fn truth(&self) -> f64 {
         match self.label {
             Label::Stable => 1.0,
             Label::NotStable => 0.0,
@@ -73,6 +76,11 @@ pub struct Metrics {
     pub latency_on: Latency,
     /// From the label turning not stable until the answer is "not stable".
     pub latency_off: Latency,
+    /// See [`calibration_error`].
+    pub calibration_error: f64,
+    /// The map that would make this probability mean what these labels say. Of the recording it is
+    /// learnt from it says nothing new.
+    pub probability_map: Option<ProbabilityMap>,
 }
 
 impl Metrics {
@@ -88,6 +96,8 @@ impl Metrics {
             f1_at_0_5: f1(scored),
             latency_on: latency(scored, Label::Stable),
             latency_off: latency(scored, Label::NotStable),
+            calibration_error: calibration_error(scored)?,
+            probability_map: ProbabilityMap::learn(scored),
         })
     }
 }
@@ -141,6 +151,24 @@ pub fn f1(scored: &[Scored]) -> Option<f64> {
     (all > 0.0).then(|| 2.0 * hits / all)
 }
 
+/// The best F1 that any threshold on the probability gives, and so an upper bound that no threshold
+/// chosen beforehand reaches. Any ranking will do in place of a probability.
+/// `None` where nothing is stable.
+#[must_use]
+pub fn best_f1(scored: &[Scored]) -> Option<f64> {
+    let mut ranked: Vec<&Scored> = scored.iter().collect();
+    ranked.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let stable = ranked.iter().filter(|s| s.label == Label::Stable).count();
+    let (mut hits, mut answered) = (0, 0);
+    let mut best: f64 = 0.0;
+    for tied in ranked.chunk_by(|a, b| a.probability == b.probability) {
+        hits += tied.iter().filter(|s| s.label == Label::Stable).count();
+        answered += tied.len();
+        best = best.max(2.0 * hits as f64 / (answered + stable) as f64);
+    }
+    (stable > 0).then_some(best)
+}
+
 /// How fast the answer follows the label.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Latency {
@@ -166,16 +194,24 @@ pub const SETTLED_S: f64 = 0.1;
 /// with the recording: where it found nothing, the transition counts as missed.
 #[must_use]
 pub fn latency(scored: &[Scored], to: Label) -> Latency {
+    latency_over(&[scored], to)
+}
+
+/// The latency, as of [`latency`], of the transitions of several recordings together.
+#[must_use]
+pub fn latency_over(recordings: &[&[Scored]], to: Label) -> Latency {
     let mut delays = Vec::new();
     let mut missed = 0;
-    // The recording begins with a label, not with a transition.
-    for stretch in settled(scored).windows(2).map(|pair| pair[1]) {
-        if stretch[0].label != to {
-            continue;
-        }
-        match stretch.iter().find(|s| s.answer() == to) {
-            Some(found) => delays.push(micros_between(&stretch[0], found)),
-            None => missed += 1,
+    for scored in recordings {
+        // A recording begins with a label, not with a transition.
+        for stretch in settled(scored).windows(2).map(|pair| pair[1]) {
+            if stretch[0].label != to {
+                continue;
+            }
+            match stretch.iter().find(|s| s.answer() == to) {
+                Some(found) => delays.push(micros_between(&stretch[0], found)),
+                None => missed += 1,
+            }
         }
     }
     Latency {
@@ -296,6 +332,30 @@ mod tests {
     #[test]
     fn f1_needs_something_stable() {
         assert_eq!(f1(&scored(&[(0.1, 0), (0.2, 0)])), None);
+    }
+
+    #[test]
+    fn the_best_f1_is_that_of_the_best_threshold() {
+        // From 0.3 on: hits 2, false alarm 1, no miss: 4 / 5. From 0.9 on: 2 / 3.
+        let samples = scored(&[(0.9, 1), (0.4, 0), (0.3, 1), (0.1, 0)]);
+        assert_eq!(best_f1(&samples), Some(0.8));
+        assert_eq!(f1(&samples), Some(2.0 / 3.0));
+        // Equal values cannot be told apart: 2 hits and 2 false alarms.
+        let tied = scored(&[(0.5, 1), (0.5, 0), (0.5, 1), (0.5, 0)]);
+        assert_eq!(best_f1(&tied), Some(2.0 / 3.0));
+        assert_eq!(best_f1(&scored(&[(0.5, 0)])), None);
+    }
+
+    #[test]
+    fn recordings_share_a_median_but_no_transition() {
+        let first = scored(&[(0.1, 0), (0.9, 1), (0.9, 1)]);
+        let second = scored(&[(0.1, 0), (0.1, 1), (0.1, 1), (0.9, 1)]);
+        let together = latency_over(&[&first, &second], Label::Stable);
+        assert_eq!((together.followed, together.missed), (2, 0));
+        assert_eq!(together.median_s, Some(1.0));
+        // From stable at the end of one to not stable at the start of the next is no transition.
+        let off = latency_over(&[&first, &second], Label::NotStable);
+        assert_eq!(off, Latency::default());
     }
 
     #[test]

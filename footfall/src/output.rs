@@ -10,6 +10,7 @@ use estimator_core::{
 use thiserror::Error;
 
 use crate::input::csv::VALIDITIES;
+use crate::probability_map::ProbabilityMap;
 use crate::recording::{Label, RecordedSample};
 
 /// The header of the table of estimates.
@@ -48,6 +49,12 @@ pub enum OutputError {
     #[error("{file} cannot be written: it is named for the table and for the picture")]
     SameFile {
         /// The second result, as it was named.
+        file: String,
+    },
+    /// Two pictures would go into one file.
+    #[error("{file} cannot be written: it is named for both pictures")]
+    SamePicture {
+        /// The second picture, as it was named.
         file: String,
     },
     /// There is a directory of that name.
@@ -96,6 +103,27 @@ pub fn write_estimates(
         write_time(estimate.timestamp, start_us, to)?;
         write_estimate(estimate, to)?;
         writeln!(to)?;
+    }
+    Ok(())
+}
+
+/// Writes the table of estimates as [`write_estimates`] does, with one more column at its end:
+/// `p_calibrated`, what `map` makes of `p_stable`, in (0, 1) with six decimals.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_mapped_estimates(
+    estimates: &[ContactEstimate],
+    start_us: i64,
+    map: &ProbabilityMap,
+    to: &mut dyn Write,
+) -> io::Result<()> {
+    writeln!(to, "{HEADER},p_calibrated")?;
+    for estimate in estimates {
+        write_time(estimate.timestamp, start_us, to)?;
+        write_estimate(estimate, to)?;
+        let calibrated = map.apply(f64::from(estimate.probabilities.stable));
+        writeln!(to, ",{calibrated:.6}")?;
     }
     Ok(())
 }
@@ -278,6 +306,27 @@ mod tests {
             cells(ContactEstimate::default()).len(),
             HEADER.split(',').count()
         );
+    }
+
+    #[test]
+    fn a_map_adds_its_column_and_changes_no_other() {
+        let estimate = |stable| ContactEstimate {
+            probabilities: Probabilities {
+                stable,
+                ..Probabilities::default()
+            },
+            ..ContactEstimate::default()
+        };
+        let map = toml::from_str("slope = 2.0\noffset = 0.0").unwrap();
+        let estimates = [estimate(0.75)];
+        let mut bytes = Vec::new();
+        write_mapped_estimates(&estimates, 0, &map, &mut bytes).unwrap();
+        let mapped = String::from_utf8(bytes).unwrap();
+        let plain = table(estimates[0]);
+        let lines = mapped.lines().zip(plain.lines());
+        let added: Vec<_> = lines.map(|(m, p)| m.strip_prefix(p).unwrap()).collect();
+        // Odds of 3 squared are 9.
+        assert_eq!(added, [",p_calibrated", ",0.900000"]);
     }
 
     /// An estimate and a sample in which no two numbers are the same.

@@ -8,8 +8,9 @@ use estimator_core::ContactEstimate;
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::output::{write_estimates, write_file, write_samples};
+use crate::output::{write_estimates, write_file, write_mapped_estimates, write_samples};
 use crate::plot;
+use crate::probability_map::ProbabilityMap;
 use crate::recording::Recording;
 use crate::summary::Summary;
 
@@ -24,12 +25,14 @@ pub enum SummaryStyle {
 }
 
 /// What a replay is to leave behind.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outputs {
     /// Where the table of samples with their estimates goes.
     pub samples: Option<PathBuf>,
     /// Where the table of estimates goes.
     pub estimates: Option<PathBuf>,
+    /// What the table of estimates has a column for, where it is known.
+    pub map: Option<ProbabilityMap>,
     /// Where the picture goes.
     pub plot: Option<PathBuf>,
     /// What has been written already and is to be named too.
@@ -53,7 +56,10 @@ pub fn hand_over(
         write_file(path, |to| write_samples(&recording.samples, estimates, to))?;
     }
     if let Some(path) = &outputs.estimates {
-        write_file(path, |to| write_estimates(estimates, start_us, to))?;
+        write_file(path, |to| match &outputs.map {
+            Some(map) => write_mapped_estimates(estimates, start_us, map, to),
+            None => write_estimates(estimates, start_us, to),
+        })?;
     }
     if let Some(path) = &outputs.plot {
         write_file(path, |to| {
@@ -74,18 +80,36 @@ pub fn print<'a>(
     style: SummaryStyle,
     written: impl IntoIterator<Item = &'a PathBuf>,
 ) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
     match style {
-        SummaryStyle::Json => {
-            serde_json::to_writer_pretty(&mut stdout, summary)?;
-            writeln!(stdout)?;
-        }
+        SummaryStyle::Json => print_json(summary),
         SummaryStyle::Text => {
+            let mut stdout = io::stdout().lock();
             writeln!(stdout, "{summary}")?;
             for path in written {
                 writeln!(stdout, "written  {}", path.display())?;
             }
+            stdout.flush()
         }
     }
+}
+
+/// Prints one JSON object.
+///
+/// # Errors
+/// Stdout cannot be written.
+pub fn print_json(what: &impl Serialize) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    serde_json::to_writer_pretty(&mut stdout, what)?;
+    writeln!(stdout)?;
+    stdout.flush()
+}
+
+/// Prints a text that ends its last line.
+///
+/// # Errors
+/// Stdout cannot be written.
+pub fn print_text(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
     stdout.flush()
 }

@@ -34,6 +34,23 @@ pub fn check(
     }
 }
 
+/// Checks that up to two pictures can go where they should, as [`check`] does.
+///
+/// # Errors
+/// The first thing that stands in the way.
+pub fn check_pictures(one: Option<&Path>, other: Option<&Path>) -> Result<(), OutputError> {
+    for picture in one.into_iter().chain(other) {
+        check_directory(picture)?;
+        check_is_svg(picture)?;
+    }
+    match (one, other) {
+        (Some(one), Some(other)) if same_file(one, other) => {
+            Err(OutputError::SamePicture { file: named(other) })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Checks that a directory is there or can be made: that no file has its name.
 ///
 /// # Errors

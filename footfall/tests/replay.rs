@@ -221,3 +221,31 @@ fn the_figure_may_go_into_a_pipe() {
     let stdout = bench.stdout("replay x.csv --plot /dev/stdout");
     assert!(stdout.starts_with("<svg"), "{stdout}");
 }
+
+#[test]
+fn a_probability_map_adds_a_column_and_labels_say_what_it_should_be() {
+    let bench = Bench::with("walk.csv", standing());
+    let map = "[probability_map]\nslope = 0.5\noffset = -1.0\n";
+    fs::write(bench.path("robot.toml"), map).expect("a configuration");
+    let summary = bench.stdout("replay walk.csv --config robot.toml --output out.csv");
+    // All labels are the same here, from which no map follows.
+    assert!(
+        summary.contains("\nmeaning  calibration error 0."),
+        "{summary}"
+    );
+    assert!(!summary.contains("learnt"), "{summary}");
+    let table = read(&bench.path("out.csv"));
+    let mut lines = table.lines();
+    assert!(
+        lines
+            .next()
+            .expect("a header")
+            .ends_with(",flags,p_calibrated")
+    );
+    // P = 1 counts as 0.99: log-odds of 4.5951, half of that less 1 is 1.2976.
+    assert!(
+        lines.last().expect("rows").ends_with(",0.785424"),
+        "{:?}",
+        table.lines().last()
+    );
+}

@@ -2,7 +2,6 @@
 //!
 //! The tests themselves are in `tests/`, one file a subject.
 
-pub mod attitude;
 pub mod committed;
 pub mod datasets;
 pub mod oracle;

@@ -4,11 +4,12 @@ use estimator_core::{
     AngularRate, AttitudeFilter, AttitudeParams, GyroTiming, ImuSample, Params, Quaternion,
     SpecificForce, Timestamp, Validity, Vec3,
 };
+use footfall::attitude::inclination_error_degrees;
 use footfall::gait::plan::{GaitName, Ground, Plan};
 use footfall::gait::sensor::AxisErrors;
 use footfall::gait::space::{Rotation, Vector};
 use footfall::gait::{Motion, SensorParams, simulate};
-use host_tests::attitude::inclination_error_degrees;
+
 use proptest::prelude::*;
 
 const GRAVITY: Vector = Vector::new(0.0, 0.0, 9.806_65);
@@ -55,7 +56,7 @@ fn no_gait_tilts_the_estimate_far() {
     for (gait, limit) in [
         (GaitName::Walk, 0.5),
         (GaitName::Trot, 0.8),
-        (GaitName::Run, 6.0),
+        (GaitName::Run, 1.5),
     ] {
         let plan = Plan::steady(gait, Ground::Hard, 60.0, 7);
         let worst = tilt_errors(&plan, 7)

@@ -52,8 +52,10 @@ impl Status {
 }
 
 /// A sample as the part put it.
+// Aligned, so that it is moved in words.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(align(4))]
 pub struct RawSample {
     /// Which of the outputs are new.
     pub status: Status,

@@ -148,7 +148,12 @@ impl<S: FullScale> Codes<S> {
     #[must_use]
     pub fn to_si(&self) -> [f32; 3] {
         let sensitivity = self.full_scale.sensitivity();
-        self.codes.map(|code| f32::from(code) * sensitivity)
+        let [x, y, z] = self.codes;
+        [
+            f32::from(x) * sensitivity,
+            f32::from(y) * sensitivity,
+            f32::from(z) * sensitivity,
+        ]
     }
 
     /// Per axis, whether the code is at or beyond the end of the range: the truth lies
@@ -156,13 +161,20 @@ impl<S: FullScale> Codes<S> {
     #[must_use]
     pub fn saturated(&self) -> [bool; 3] {
         let limit = self.full_scale.limit();
-        self.codes.map(|code| code.unsigned_abs() >= limit)
+        let [x, y, z] = self.codes;
+        [
+            x.unsigned_abs() >= limit,
+            y.unsigned_abs() >= limit,
+            z.unsigned_abs() >= limit,
+        ]
     }
 
     /// Whether any axis is saturated.
     #[must_use]
     pub fn is_saturated(&self) -> bool {
-        self.saturated().contains(&true)
+        let limit = self.full_scale.limit();
+        let [x, y, z] = self.codes;
+        x.unsigned_abs() >= limit || y.unsigned_abs() >= limit || z.unsigned_abs() >= limit
     }
 }
 

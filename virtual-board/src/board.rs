@@ -189,9 +189,10 @@ impl Board {
         core::mem::take(&mut self.cpu.machine().chip.can.requested)
     }
 
-    /// Keeps what goes over the sensor's bus from now on.
+    /// Keeps what goes over the sensor's bus from now on, if not for long already.
     pub fn record_sensor_bus(&mut self) {
-        self.cpu.machine().chip.transactions = Some(Vec::new());
+        let transactions = &mut self.cpu.machine().chip.transactions;
+        transactions.get_or_insert_default();
     }
 
     /// What has gone over the sensor's bus since it was last taken, without what still goes on.
@@ -341,24 +342,22 @@ impl Board {
             .collect()
     }
 
-    /// Counts the instructions of functions whose name contains `part` apart, from now on: how
-    /// many functions there are.
-    pub fn watch_functions(&mut self, part: &str) -> usize {
-        let ranges: Vec<(u32, u32)> = self
-            .image
-            .functions
-            .iter()
-            .filter(|(_, _, name)| name.contains(part))
-            .map(|&(start, size, _)| (start, size))
-            .collect();
-        self.cpu.machine().watch(&ranges);
-        ranges.len()
+    /// Counts the instructions of a function apart, from now on, with all that it calls and what
+    /// interrupts it; of the first function whose name contains `part`. False where there is none.
+    pub fn watch_function(&mut self, part: &str) -> bool {
+        let mut functions = self.image.functions.iter();
+        let found = functions.find(|(_, _, name)| name.contains(part));
+        if let Some((address, _, _)) = found {
+            self.cpu.machine().watch(*address);
+        }
+        found.is_some()
     }
 
-    /// Instructions of the functions watched.
+    /// Instructions of the function watched, of calls that have returned.
     #[must_use]
     pub fn watched_instructions(&self) -> u64 {
-        self.cpu.machine().watched_instructions
+        let watched = self.cpu.machine().watched;
+        watched.map_or(0, |watched| watched.instructions)
     }
 
     /// Counts instructions by function from now on.

@@ -16,5 +16,6 @@ pub mod recorded;
 pub mod report;
 pub mod scenario;
 pub mod spread;
+pub mod streams;
 pub mod time;
 pub mod traffic;

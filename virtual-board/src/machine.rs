@@ -98,9 +98,8 @@ pub struct Machine {
     pub(crate) probes: HashMap<u32, Probe>,
     /// Instructions by half-word of flash; empty where nobody wants to know.
     pub(crate) profile: Vec<u64>,
-    /// Half-words of flash whose instructions are counted apart; empty where none are.
-    pub(crate) watched: Vec<bool>,
-    pub(crate) watched_instructions: u64,
+    /// A function whose calls are counted apart, with all that they call.
+    pub(crate) watched: Option<Watched>,
     pub(crate) stop: Option<Stop>,
     pub(crate) failure: Option<Failure>,
     pub(crate) running: Option<RunningBlock>,
@@ -113,6 +112,30 @@ pub struct Machine {
     period: u64,
     deadline: u64,
     blocks: Vec<Block>,
+}
+
+/// What the calls of a function cost, from its first instruction to the one after the call.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Watched {
+    address: u32,
+    /// Where the current call returns to, and the count when it began.
+    call: Option<(u32, u64)>,
+    pub(crate) instructions: u64,
+}
+
+impl Watched {
+    /// A block begins at `address`, and another one ended before `after`: a call where the first
+    /// is the function, and then `after` is where it returns to.
+    const fn enter(&mut self, address: u32, after: u32, instructions: u64) {
+        match self.call {
+            None if address == self.address => self.call = Some((after, instructions)),
+            Some((end, start)) if address == end => {
+                self.instructions += instructions - start;
+                self.call = None;
+            }
+            _ => {}
+        }
+    }
 }
 
 /// What was seen each time a block began at an address.
@@ -152,8 +175,7 @@ impl Machine {
             faults: Vec::new(),
             probes: HashMap::new(),
             profile: Vec::new(),
-            watched: Vec::new(),
-            watched_instructions: 0,
+            watched: None,
             stop: None,
             failure: None,
             running: None,
@@ -169,15 +191,13 @@ impl Machine {
         }
     }
 
-    /// Counts the instructions at these addresses apart, from now on.
-    pub fn watch(&mut self, ranges: &[(u32, u32)]) {
-        self.watched = vec![false; FLASH_SIZE / 2];
-        for &(start, size) in ranges {
-            let first = (start.wrapping_sub(FLASH) / 2) as usize;
-            if let Some(places) = self.watched.get_mut(first..first + size as usize / 2) {
-                places.fill(true);
-            }
-        }
+    /// Counts the instructions of calls of the function at `address` apart, from now on.
+    pub(crate) const fn watch(&mut self, address: u32) {
+        self.watched = Some(Watched {
+            address,
+            call: None,
+            instructions: 0,
+        });
     }
 
     /// Counts instructions by place from now on.
@@ -258,9 +278,6 @@ impl Machine {
         if let Some(count) = self.profile.get_mut(place) {
             *count += u64::from(block.instructions);
         }
-        if self.watched.get(place) == Some(&true) {
-            self.watched_instructions += u64::from(block.instructions);
-        }
         self.spend(u64::from(block.cycles) + if next == end { 0 } else { TAKEN });
         block.sends_event
     }
@@ -289,6 +306,10 @@ impl Machine {
     pub(crate) fn enter_block(&mut self, memory: &mut dyn Memory, address: u32, size: u32) {
         if let Some(running) = self.running.take() {
             self.event_sent |= self.charge(&running, address);
+            if let Some(watched) = &mut self.watched {
+                let after = running.address.wrapping_add(running.block.size);
+                watched.enter(address, after, self.instructions);
+            }
         }
         if self.stop.is_some() {
             return;

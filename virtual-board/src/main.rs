@@ -13,7 +13,7 @@ use virtual_board::recorded::{self, Layout};
 use virtual_board::report::Deed;
 use virtual_board::scenario::{self, Scenario, Step};
 use virtual_board::traffic::Traffic;
-use virtual_board::{motion, report};
+use virtual_board::{motion, report, streams};
 
 /// Boots the very ELF that is flashed, on modelled peripherals, timing estimated.
 #[derive(Parser)]
@@ -62,6 +62,13 @@ struct RunArguments {
     /// Where to write.
     #[arg(long)]
     out: PathBuf,
+    /// Have the board send all that it can: contact and raw sample each ms over the serial line,
+    /// health each 10 ms.
+    #[arg(long)]
+    all_streams: bool,
+    /// Write instructions a millisecond, one line a function, to this file.
+    #[arg(long, value_name = "FILE")]
+    profile: Option<PathBuf>,
 }
 
 /// A fault of the command line.
@@ -176,8 +183,14 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
             false => Traffic::Own,
         },
     };
+    if arguments.all_streams {
+        streams::turn_all_on(&mut board)?;
+    }
     let began = Instant::now();
     let report = report::run(&mut board, &run, &arguments.out)?;
+    if let Some(file) = &arguments.profile {
+        std::fs::write(file, report::profile(&board, run.milliseconds))?;
+    }
     println!("{report:#}");
     let took = began.elapsed().as_secs_f64();
     let seconds = run.milliseconds as f64 / 1.0e3;

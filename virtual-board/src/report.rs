@@ -31,6 +31,9 @@ const SETTLING: u64 = 500;
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 
+/// The estimator's entry, as the compiler names it.
+const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
+
 /// What a run is made of.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
@@ -61,6 +64,8 @@ const RECENT: usize = 16;
 
 /// What is kept of a run.
 struct Log {
+    /// From when on it counts.
+    settled: u64,
     instructions: Spread,
     estimator: Spread,
     cycles: Spread,
@@ -130,7 +135,7 @@ impl Log {
     }
 
     fn contact(&mut self, began: u64, message: ContactMessage) -> std::io::Result<()> {
-        if began > SETTLING * MILLISECOND
+        if began > self.settled
             && let Some(edge) = self.edge_before(began)
         {
             self.to_uart.push(to_ns(began - edge));
@@ -172,7 +177,7 @@ impl Log {
     fn requests(&mut self, requests: &[(u64, u32)]) {
         for &(time, id) in requests {
             if id & !0x7F == ESTIMATE
-                && time > SETTLING * MILLISECOND
+                && time > self.settled
                 && let Some(edge) = self.edge_before(time)
             {
                 self.to_can.push(to_ns(time - edge));
@@ -213,7 +218,7 @@ impl Log {
     }
 }
 
-/// Runs a board and writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
+/// Runs a board from where it is and writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
 /// into a directory: the report.
 ///
 /// # Errors
@@ -221,8 +226,10 @@ impl Log {
 pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn core::error::Error>> {
     std::fs::create_dir_all(out)?;
     let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
+    let first = board.now().div_ceil(MILLISECOND);
     let mut uart = create("uart.bin")?;
     let mut log = Log {
+        settled: (first + SETTLING) * MILLISECOND,
         instructions: Spread::default(),
         estimator: Spread::default(),
         cycles: Spread::default(),
@@ -252,14 +259,17 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     deeds.sort_by_key(|deed| deed.ms);
     let mut deeds = deeds.into_iter().peekable();
     board.record_sensor_bus();
-    let watched = board.watch_functions("estimator_core");
+    let watched = board.watch_function(ESTIMATOR);
     let (mut last, mut last_watched) = (board.counters(), 0);
     for ms in 0..run.milliseconds {
-        run.traffic.act(board, ms);
-        while let Some(deed) = deeds.next_if(|deed| deed.ms <= ms) {
+        run.traffic.act(board, first + ms);
+        while let Some(deed) = deeds.next_if(|deed| deed.ms <= first + ms) {
             deed.step.act(board);
         }
-        board.run_until((ms + 1) * MILLISECOND)?;
+        if ms == SETTLING {
+            board.start_profile();
+        }
+        board.run_until((first + ms + 1) * MILLISECOND)?;
         let (now, now_watched) = (board.counters(), board.watched_instructions());
         if ms >= SETTLING {
             log.instructions.push(now.instructions - last.instructions);
@@ -284,13 +294,20 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     Ok(report)
 }
 
-fn report(
-    board: &mut Board,
-    run: &Run,
-    log: &Log,
-    parity: Option<Parity>,
-    watched: usize,
-) -> Value {
+/// Instructions a millisecond by function, most first, after a [`run`] of this many milliseconds;
+/// what happened before statistics begin is left out.
+#[must_use]
+pub fn profile(board: &Board, milliseconds: u64) -> String {
+    let counted = milliseconds.saturating_sub(SETTLING).max(1) as f64;
+    let mut text = String::new();
+    for (function, instructions) in board.profile() {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{:10.1} {function}", instructions as f64 / counted);
+    }
+    text
+}
+
+fn report(board: &mut Board, run: &Run, log: &Log, parity: Option<Parity>, watched: bool) -> Value {
     let count = |counter: Counter| log.health.map(|health| health.counters.get(counter));
     let stack = match ["_stack_end", "_stack_start"].map(|name| board.image().symbol(name)) {
         [Some(low), Some(high)] => Some(board.stack_high_water(low, high)),
@@ -315,7 +332,7 @@ fn report(
         "late_ticks": count(Counter::LateTicks),
         "missed_ticks": count(Counter::MissedSamples),
         "instructions_per_tick": log.instructions.min_median_max(),
-        "estimator_instructions": if watched == 0 { Value::Null } else { log.estimator.min_median_max() },
+        "estimator_instructions": watched.then(|| log.estimator.min_median_max()),
         "estimated_cycles_per_tick": log.cycles.min_median_max(),
         "cpu_load_percent": load,
         "drdy_to_can_us": log.to_can.median_max_us(),

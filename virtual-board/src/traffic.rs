@@ -6,6 +6,7 @@ use wire::{Address, Foot, Pdo, Value};
 use crate::board::Board;
 use crate::part::can::Frame;
 use crate::scenario::{BEFORE_MS, Step};
+use crate::streams;
 
 /// How much there is to do on the lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,9 +14,9 @@ pub enum Traffic {
     /// The board's own frames, as it sends them by default.
     #[default]
     Own,
-    /// As on a robot with four feet and a curious master: over the serial line every raw sample
-    /// as well, four fifths of what it holds; on CAN three more feet that send as much as this
-    /// one, and a SYNC each 10 ms; questions over both each 100 ms.
+    /// As on a robot with four feet and a curious master: over the serial line all streams; on CAN
+    /// three more feet that send as much as this one, and a SYNC each 10 ms; questions over both
+    /// each 100 ms.
     Full,
 }
 
@@ -30,7 +31,10 @@ impl Traffic {
             return;
         }
         if ms == BEFORE_MS {
-            Step::Set(Address::new(index::UART_STREAMS, 2), Value::U16(1)).act(board);
+            for (subindex, every) in (1..).zip(streams::ALL) {
+                let stream = Address::new(index::UART_STREAMS, subindex);
+                Step::Set(stream, Value::U16(every)).act(board);
+            }
         }
         let others = Foot::ALL.into_iter().skip(1).take(3);
         for foot in others {

@@ -52,55 +52,64 @@ impl<'a> Reader<'a> {
 /// Appends fields to a buffer of fixed size. What does not fit is left out, and
 /// [`Writer::finish`] says so.
 #[derive(Debug)]
-pub(crate) struct Writer<'a> {
-    buffer: &'a mut [u8],
-    length: usize,
+pub struct Writer<'a> {
+    rest: &'a mut [u8],
+    capacity: usize,
     overflowed: bool,
 }
 
 impl<'a> Writer<'a> {
     pub(crate) const fn new(buffer: &'a mut [u8]) -> Self {
         Self {
-            buffer,
-            length: 0,
+            capacity: buffer.len(),
+            rest: buffer,
             overflowed: false,
         }
     }
 
     pub(crate) fn bytes(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            match self.buffer.get_mut(self.length) {
-                Some(place) => {
-                    *place = byte;
-                    self.length += 1;
-                }
-                None => self.overflowed = true,
+        match core::mem::take(&mut self.rest).split_at_mut_checked(bytes.len()) {
+            Some((place, rest)) => {
+                place.copy_from_slice(bytes);
+                self.rest = rest;
             }
+            None => self.overflowed = true,
+        }
+    }
+
+    /// The same for a number of bytes that the compiler knows: one store.
+    fn array<const N: usize>(&mut self, bytes: [u8; N]) {
+        match core::mem::take(&mut self.rest).split_first_chunk_mut() {
+            Some((place, rest)) => {
+                *place = bytes;
+                self.rest = rest;
+            }
+            None => self.overflowed = true,
         }
     }
 
     pub(crate) fn u8(&mut self, value: u8) {
-        self.bytes(&[value]);
+        self.array([value]);
     }
 
     pub(crate) fn u16(&mut self, value: u16) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     pub(crate) fn i16(&mut self, value: i16) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     pub(crate) fn u32(&mut self, value: u32) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     pub(crate) fn u64(&mut self, value: u64) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     pub(crate) fn f32(&mut self, value: f32) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     /// How many bytes were written; `None` where they did not all fit.
@@ -108,7 +117,7 @@ impl<'a> Writer<'a> {
         if self.overflowed {
             None
         } else {
-            Some(self.length)
+            Some(self.capacity - self.rest.len())
         }
     }
 }

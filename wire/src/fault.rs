@@ -234,6 +234,19 @@ const VOIDING: Faults = {
     voiding
 };
 
+/// The faults that set this bit of the error register.
+const fn registered_as(bit: u8) -> Faults {
+    let mut set = Faults::NONE;
+    let mut rest: &[Fault] = &Fault::ALL;
+    while let [fault, others @ ..] = rest {
+        if fault.register_bits() & bit != 0 {
+            set = set.with(*fault);
+        }
+        rest = others;
+    }
+    set
+}
+
 impl Faults {
     /// No fault.
     pub const NONE: Self = Self(0);
@@ -250,6 +263,12 @@ impl Faults {
         Self(self.0 & !(1 << fault.number()))
     }
 
+    /// This set without those of another.
+    #[must_use]
+    pub const fn without_all(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+
     /// Whether `fault` is in the set.
     #[must_use]
     pub const fn contains(self, fault: Fault) -> bool {
@@ -264,9 +283,12 @@ impl Faults {
 
     /// The faults in the set.
     pub fn iter(self) -> impl Iterator<Item = Fault> {
-        Fault::ALL
-            .into_iter()
-            .filter(move |fault| self.contains(*fault))
+        let mut rest = self.0;
+        core::iter::from_fn(move || {
+            let number = rest.trailing_zeros();
+            rest &= rest.wrapping_sub(1);
+            Fault::ALL.get(number as usize).copied()
+        })
     }
 
     /// The set as bits: bit *i* stands for the fault of number *i*.
@@ -289,10 +311,20 @@ impl Faults {
 
     /// The error register (object 0x1001) while these last.
     #[must_use]
-    pub fn register(self) -> u8 {
-        self.iter().fold(0, |register, fault| {
-            register | ErrorRegister::GENERIC | fault.register_bits()
-        })
+    pub const fn register(self) -> u8 {
+        const COMMUNICATION: Faults = registered_as(ErrorRegister::COMMUNICATION);
+        const MANUFACTURER: Faults = registered_as(ErrorRegister::MANUFACTURER);
+        let mut register = 0;
+        if !self.is_empty() {
+            register |= ErrorRegister::GENERIC;
+        }
+        if self.0 & COMMUNICATION.0 != 0 {
+            register |= ErrorRegister::COMMUNICATION;
+        }
+        if self.0 & MANUFACTURER.0 != 0 {
+            register |= ErrorRegister::MANUFACTURER;
+        }
+        register
     }
 }
 
@@ -400,6 +432,17 @@ mod tests {
         let all = Fault::ALL.into_iter().fold(Faults::NONE, Faults::with);
         assert_eq!(Faults::from_bits(u32::MAX), all);
         assert_eq!(Faults::from_bits(1 << 31), Faults::NONE);
+    }
+
+    #[test]
+    fn the_register_has_the_bits_of_every_fault_in_the_set() {
+        for fault in Fault::ALL {
+            let bits = ErrorRegister::GENERIC | fault.register_bits();
+            assert_eq!(Faults::NONE.with(fault).register(), bits, "{fault:?}");
+        }
+        let both = Faults::NONE.with(Fault::Panic).with(Fault::CanBusOff);
+        assert_eq!(both.register(), 0x91);
+        assert_eq!(Faults::NONE.register(), 0);
     }
 
     #[test]

@@ -3,7 +3,9 @@
 use embedded_can::{Frame, Id, StandardId};
 
 /// Up to eight bytes under an 11-bit identifier.
+// Aligned, so that it is moved in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(align(4))]
 pub struct CanFrame {
     id: u16,
     length: u8,
@@ -11,6 +13,9 @@ pub struct CanFrame {
 }
 
 impl CanFrame {
+    /// The frame with the highest rank and nothing in it.
+    pub const EMPTY: Self = Self::of(0, []);
+
     /// A frame; `None` where the identifier has more than 11 bits or there are more than 8 bytes.
     #[must_use]
     pub fn new(id: u16, data: &[u8]) -> Option<Self> {

@@ -7,7 +7,7 @@ use estimator_core::{
 use crate::abort::AbortCode;
 use crate::dictionary::{self, Address, Entry, PDO_OFF, Place, SETTINGS, index};
 use crate::foot::{Foot, NodeId};
-use crate::pdo::Pdo;
+use crate::pdo::{PDOS, Pdo};
 use crate::value::Value;
 
 /// The longest window that fits the estimator on the board, in samples.
@@ -58,9 +58,37 @@ pub struct UartStreams {
     pub health: u16,
 }
 
+/// A setting's slot, found by the compiler: settings are read many times a tick.
+macro_rules! slot {
+    ($index:ident, $subindex:expr) => {
+        const { dictionary::slot_of(index::$index, $subindex) }
+    };
+}
+
+/// The slots of what says when each PDO is sent: identifier, transmission type, event timer.
+#[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
+const TRIGGERS: [[usize; 3]; PDOS] = {
+    let mut slots = [[0; 3]; PDOS];
+    let mut i = 0;
+    while i < PDOS {
+        let object = index::TPDO + i as u16;
+        slots[i] = [
+            dictionary::slot_of(object, 1),
+            dictionary::slot_of(object, 2),
+            dictionary::slot_of(object, 5),
+        ];
+        i += 1;
+    }
+    slots
+};
+
 /// A value for every setting of the [dictionary]; always within its limits and with the others.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings([u32; SETTINGS]);
+pub struct Settings {
+    raw: [u32; SETTINGS],
+    /// What they say of when to send, which is asked for each PDO in each tick.
+    triggers: [Trigger; PDOS],
+}
 
 impl Default for Settings {
     fn default() -> Self {
@@ -68,7 +96,12 @@ impl Default for Settings {
         for (raw, (_, entry)) in raw.iter_mut().zip(dictionary::settings()) {
             *raw = entry.default.to_raw();
         }
-        Self(raw)
+        let mut settings = Self {
+            raw,
+            triggers: [Trigger::Off; PDOS],
+        };
+        settings.triggers = Pdo::ALL.map(|pdo| settings.trigger_of(pdo));
+        settings
     }
 }
 
@@ -78,7 +111,7 @@ impl Settings {
     #[must_use]
     pub fn get(&self, address: Address) -> Option<Value> {
         let (entry, slot) = find(address).ok()?;
-        Value::from_raw(entry.data_type(), *self.0.get(slot)?)
+        Value::from_raw(entry.data_type(), *self.raw.get(slot)?)
     }
 
     /// Changes a setting, or says why not and changes nothing.
@@ -106,7 +139,8 @@ impl Settings {
         {
             return Err(AbortCode::InvalidValue);
         }
-        *self.0.get_mut(slot).ok_or(AbortCode::NoObject)? = value.to_raw();
+        *self.raw.get_mut(slot).ok_or(AbortCode::NoObject)? = value.to_raw();
+        self.triggers = Pdo::ALL.map(|pdo| self.trigger_of(pdo));
         Ok(())
     }
 
@@ -115,7 +149,7 @@ impl Settings {
     /// those before it.
     pub fn iter(&self) -> impl Iterator<Item = (Address, Value)> + '_ {
         dictionary::settings()
-            .zip(self.0)
+            .zip(self.raw)
             .filter_map(|((address, entry), raw)| {
                 Some((address, Value::from_raw(entry.data_type(), raw)?))
             })
@@ -151,14 +185,14 @@ impl Settings {
     /// Which foot it is.
     #[must_use]
     pub fn foot(&self) -> Foot {
-        Foot::from_code(self.u8(index::FOOT, 0)).unwrap_or_default()
+        Foot::from_code(self.u8(slot!(FOOT, 0))).unwrap_or_default()
     }
 
     /// The node id from the next reset on, that of the foot unless another is set; `None`: wait for
     /// LSS.
     #[must_use]
     pub fn node_id(&self) -> Option<NodeId> {
-        match self.u8(index::NODE_ID, 0) {
+        match self.u8(slot!(NODE_ID, 0)) {
             0 => Some(self.foot().default_node_id()),
             id => NodeId::new(id),
         }
@@ -167,71 +201,76 @@ impl Settings {
     /// CAN bit rate, bit/s.
     #[must_use]
     pub fn can_bit_rate(&self) -> u32 {
-        u32::from(self.u16(index::CAN_BIT_RATE, 0)) * 1000
+        u32::from(self.u16(slot!(CAN_BIT_RATE, 0))) * 1000
     }
 
     /// UART rate, baud.
     #[must_use]
     pub fn uart_rate(&self) -> u32 {
-        self.raw(index::UART_RATE, 0)
+        self.value(slot!(UART_RATE, 0))
     }
 
     /// How long a load over RPDO1 is believed, ms; 0: for ever.
     #[must_use]
     pub fn load_timeout_ms(&self) -> u16 {
-        self.u16(index::RPDO, 5)
+        self.u16(slot!(RPDO, 5))
     }
 
     /// Whether the node becomes operational by itself.
     #[must_use]
     pub fn autostart(&self) -> bool {
-        self.u8(index::AUTOSTART, 0) != 0
+        self.u8(slot!(AUTOSTART, 0)) != 0
     }
 
     /// Whether the configuration is locked.
     #[must_use]
     pub fn is_locked(&self) -> bool {
-        self.u8(index::LOCK, 0) != 0
+        self.u8(slot!(LOCK, 0)) != 0
     }
 
     /// What is logged: 0 nothing to 4 debugging.
     #[must_use]
     pub fn log_level(&self) -> u8 {
-        self.u8(index::LOG_LEVEL, 0)
+        self.u8(slot!(LOG_LEVEL, 0))
     }
 
     /// Whether the sensor's self-test runs at each start.
     #[must_use]
     pub fn self_test(&self) -> bool {
-        self.u8(index::SELF_TEST, 0) != 0
+        self.u8(slot!(SELF_TEST, 0)) != 0
     }
 
     /// Heartbeat period, ms; 0: none.
     #[must_use]
     pub fn heartbeat_ms(&self) -> u16 {
-        self.u16(index::HEARTBEAT, 0)
+        self.u16(slot!(HEARTBEAT, 0))
     }
 
     /// How often the UART sends what.
     #[must_use]
     pub fn uart_streams(&self) -> UartStreams {
         UartStreams {
-            contact: self.u16(index::UART_STREAMS, 1),
-            raw: self.u16(index::UART_STREAMS, 2),
-            health: self.u16(index::UART_STREAMS, 3),
+            contact: self.u16(slot!(UART_STREAMS, 1)),
+            raw: self.u16(slot!(UART_STREAMS, 2)),
+            health: self.u16(slot!(UART_STREAMS, 3)),
         }
     }
 
     /// When a PDO is sent.
     #[must_use]
     pub fn trigger(&self, pdo: Pdo) -> Trigger {
-        let object = index::TPDO + pdo as u16;
-        if self.raw(object, 1) & PDO_OFF != 0 {
+        let trigger = self.triggers.get(pdo as usize).copied();
+        trigger.unwrap_or(Trigger::Off)
+    }
+
+    fn trigger_of(&self, pdo: Pdo) -> Trigger {
+        let [id, transmission, period] = TRIGGERS.get(pdo as usize).copied().unwrap_or_default();
+        if self.value(id) & PDO_OFF != 0 {
             return Trigger::Off;
         }
-        match self.u8(object, 2) {
+        match self.u8(transmission) {
             every @ 1..=240 => Trigger::Sync(every),
-            _ => match self.u16(object, 5) {
+            _ => match self.u16(period) {
                 0 => Trigger::Off,
                 period => Trigger::Ticks(period),
             },
@@ -264,13 +303,13 @@ impl Settings {
     #[must_use]
     pub fn load_input(&self) -> LoadInput {
         LoadInput {
-            source: match self.u8(index::LOAD_INPUT, 1) {
+            source: match self.u8(slot!(LOAD_INPUT, 1)) {
                 1 => LoadSource::Analog,
                 2 => LoadSource::Can,
                 _ => LoadSource::None,
             },
-            scale: self.f32(index::LOAD_INPUT, 2),
-            offset: self.f32(index::LOAD_INPUT, 3),
+            scale: self.f32(slot!(LOAD_INPUT, 2)),
+            offset: self.f32(slot!(LOAD_INPUT, 3)),
         }
     }
 
@@ -278,62 +317,60 @@ impl Settings {
     #[must_use]
     pub fn params(&self) -> Params {
         Params {
-            window: WindowLength::Duration(self.seconds(index::WINDOW, 0)),
-            bandwidth: self.per_axis(index::BANDWIDTH),
-            half_width: self.per_axis(index::HALF_WIDTH),
+            window: WindowLength::Duration(self.seconds(slot!(WINDOW, 0))),
+            bandwidth: self.per_axis(slot!(BANDWIDTH, 1)),
+            half_width: self.per_axis(slot!(HALF_WIDTH, 1)),
             attitude: AttitudeParams {
-                motion_time_constant: self.f32(index::ATTITUDE_FILTER, 1),
-                quiet_gain: self.f32(index::ATTITUDE_FILTER, 2),
-                quiet_acceleration: self.f32(index::ATTITUDE_FILTER, 3),
-                quiet_rate: self.f32(index::ATTITUDE_FILTER, 4),
+                motion_time_constant: self.f32(slot!(ATTITUDE_FILTER, 1)),
+                quiet_gain: self.f32(slot!(ATTITUDE_FILTER, 2)),
+                quiet_acceleration: self.f32(slot!(ATTITUDE_FILTER, 3)),
+                quiet_rate: self.f32(slot!(ATTITUDE_FILTER, 4)),
                 rest: RestParams {
-                    duration: self.f32(index::ATTITUDE_FILTER, 5),
-                    acceleration: self.f32(index::ATTITUDE_FILTER, 6),
-                    rate: self.f32(index::ATTITUDE_FILTER, 7),
-                    bias_limit: self.f32(index::ATTITUDE_FILTER, 8),
-                    bias_time_constant: self.f32(index::ATTITUDE_FILTER, 9),
+                    duration: self.f32(slot!(ATTITUDE_FILTER, 5)),
+                    acceleration: self.f32(slot!(ATTITUDE_FILTER, 6)),
+                    rate: self.f32(slot!(ATTITUDE_FILTER, 7)),
+                    bias_limit: self.f32(slot!(ATTITUDE_FILTER, 8)),
+                    bias_time_constant: self.f32(slot!(ATTITUDE_FILTER, 9)),
                 },
                 ..AttitudeParams::DEFAULT
             },
             decision: DecisionParams {
-                threshold: self.f32(index::DECISION, 1),
-                on_delay: self.seconds(index::DECISION, 2),
-                off_delay: self.seconds(index::DECISION, 3),
+                threshold: self.f32(slot!(DECISION, 1)),
+                on_delay: self.seconds(slot!(DECISION, 2)),
+                off_delay: self.seconds(slot!(DECISION, 3)),
             },
             load: LoadParams {
-                on_threshold: self.f32(index::LOAD_INPUT, 4),
-                off_threshold: self.f32(index::LOAD_INPUT, 5),
+                on_threshold: self.f32(slot!(LOAD_INPUT, 4)),
+                off_threshold: self.f32(slot!(LOAD_INPUT, 5)),
             },
             // The board's tick and its sensor, which are not settings.
             ..Params::DEFAULT
         }
     }
 
-    fn per_axis(&self, index: u16) -> PerAxis<f32> {
-        PerAxis::from_array([1, 2, 3, 4, 5, 6].map(|axis| self.f32(index, axis)))
+    /// The six parts of an array whose first one is in slot `first`.
+    fn per_axis(&self, first: usize) -> PerAxis<f32> {
+        PerAxis::from_array([0, 1, 2, 3, 4, 5].map(|axis| self.f32(first + axis)))
     }
 
-    fn seconds(&self, index: u16, subindex: u8) -> f32 {
-        self.raw(index, subindex) as f32 / 1.0e6
+    fn seconds(&self, slot: usize) -> f32 {
+        self.value(slot) as f32 / 1.0e6
     }
 
-    fn f32(&self, index: u16, subindex: u8) -> f32 {
-        f32::from_bits(self.raw(index, subindex))
+    fn f32(&self, slot: usize) -> f32 {
+        f32::from_bits(self.value(slot))
     }
 
-    fn u16(&self, index: u16, subindex: u8) -> u16 {
-        self.raw(index, subindex) as u16
+    fn u16(&self, slot: usize) -> u16 {
+        self.value(slot) as u16
     }
 
-    fn u8(&self, index: u16, subindex: u8) -> u8 {
-        self.raw(index, subindex) as u8
+    fn u8(&self, slot: usize) -> u8 {
+        self.value(slot) as u8
     }
 
-    fn raw(&self, index: u16, subindex: u8) -> u32 {
-        find(Address::new(index, subindex))
-            .ok()
-            .and_then(|(_, slot)| self.0.get(slot).copied())
-            .unwrap_or(0)
+    fn value(&self, slot: usize) -> u32 {
+        self.raw.get(slot).copied().unwrap_or(0)
     }
 }
 
@@ -400,7 +437,7 @@ mod tests {
             for value in outside {
                 let (_, slot) = find(address).expect("a setting");
                 let mut settings = Settings::default();
-                settings.0[slot] = value.to_raw();
+                settings.raw[slot] = value.to_raw();
                 let refused = settings.params().validate::<WINDOW_CAPACITY>();
                 assert!(refused.is_err(), "{address:?} may be {value:?}");
             }

@@ -1,19 +1,24 @@
 //! CAN1 on PB8 (receive) and PB9 (transmit).
 
+use core::future::pending;
 use core::num::{NonZeroU8, NonZeroU16};
 use core::ops::Range;
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_futures::select::select3;
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
 use embassy_stm32::can::util::NominalBitTiming;
 use embassy_stm32::can::{
-    Can, CanRx, CanTx, Fifo, Frame, Mailbox, Rx0InterruptHandler, Rx1InterruptHandler,
+    Can, CanRx, CanTx, Fifo, Mailbox, Rx0InterruptHandler, Rx1InterruptHandler,
     SceInterruptHandler, StandardId, TxInterruptHandler,
 };
 use embassy_stm32::interrupt::{self, InterruptExt};
-use embassy_stm32::pac::{CAN1, GPIOB, gpio::vals::Pupdr};
+use embassy_stm32::pac::{CAN1, GPIOB, can::regs, gpio::vals::Pupdr};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 use firmware::ports::BusState;
 use wire::CanFrame;
+use wire::pdo::Pdo;
 
 use super::COMMUNICATION_PRIORITY;
 
@@ -23,6 +28,9 @@ bind_interrupts!(struct Irqs {
     CAN1_RX1 => Rx1InterruptHandler<peripherals::CAN1>;
     CAN1_SCE => SceInterruptHandler<peripherals::CAN1>;
 });
+
+/// Whether the controller is there to be used.
+static STARTED: AtomicBool = AtomicBool::new(false);
 
 /// The peripherals, until the bit rate is known.
 pub struct Parts {
@@ -60,11 +68,14 @@ impl Parts {
             w.set_ewgie(false);
             w.set_epvie(false);
             w.set_bofie(false);
+            // Only while somebody waits for it ([`Sender::freed`]).
+            w.set_tmeie(false);
         });
         listen_to_masters(&mut can);
         let (sender, receiver) = can.split();
         let mut control = Control(can);
         control.set_bit_rate(bit_rate);
+        STARTED.store(true, Ordering::Release);
         (control, Sender(sender), Receiver(receiver))
     }
 }
@@ -113,19 +124,54 @@ fn quotient(dividend: u32, divisor: u32) -> NonZeroU16 {
     NonZeroU16::new(quotient as u16).unwrap_or(NonZeroU16::MIN)
 }
 
-impl Sender {
-    /// Puts a frame into an empty mailbox; of those that wait there, the controller sends the
-    /// lowest identifier first. False where there is no room, or a frame of the same identifier
-    /// waits already: their order would not be kept.
-    pub fn try_send(&mut self, frame: &CanFrame) -> bool {
-        let Some(frame) = frame.to_driver::<Frame>() else {
-            return true;
-        };
-        // With all of them full the HAL would give up one that waits, whatever its rank.
-        mailboxes().any(|mailbox| CAN1.tsr().read().tme(mailbox as usize))
-            && self.0.try_write(&frame).is_ok()
+/// Puts a frame into an empty mailbox; of those that wait there, the controller sends the lowest
+/// identifier first. False where there is no room, or a frame of the same identifier waits already:
+/// their order would not be kept. One mailbox is left to the contact, so that it never waits behind
+/// frames of lower rank.
+///
+/// Not to be called while a call of it is interrupted.
+pub fn try_send(frame: &CanFrame) -> bool {
+    const CONTACT: u16 = Pdo::Contact.base();
+    const FUNCTION: u16 = 0x780;
+    if !STARTED.load(Ordering::Acquire) {
+        return false;
     }
+    let status = CAN1.tsr().read();
+    let mut empty = None;
+    let mut room = 0;
+    for mailbox in mailboxes() {
+        if status.tme(mailbox as usize) {
+            empty = Some(mailbox);
+            room += 1;
+        } else if CAN1.tx(mailbox as usize).tir().read().stid() == frame.id() {
+            return false;
+        }
+    }
+    let needed = if frame.id() & FUNCTION == CONTACT {
+        1
+    } else {
+        2
+    };
+    let Some(mailbox) = empty.filter(|_| room >= needed) else {
+        return false;
+    };
+    let mut bytes = [0; 8];
+    for (to, from) in bytes.iter_mut().zip(frame.data()) {
+        *to = *from;
+    }
+    let bytes = u64::from_le_bytes(bytes);
+    let place = CAN1.tx(mailbox as usize);
+    place.tdtr().write(|w| w.set_dlc(frame.data().len() as u8));
+    place.tdlr().write_value(regs::Tdlr(bytes as u32));
+    place.tdhr().write_value(regs::Tdhr((bytes >> 32) as u32));
+    place.tir().write(|w| {
+        w.set_stid(frame.id());
+        w.set_txrq(true);
+    });
+    true
+}
 
+impl Sender {
     /// Gives up the frames with these identifiers that have not been sent yet, and tells how many.
     pub fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
         let mut withdrawn = 0;
@@ -138,13 +184,29 @@ impl Sender {
         withdrawn
     }
 
-    /// Waits until [`try_send`](Self::try_send) may take `frame`.
-    pub async fn room_for(&self, frame: &CanFrame) {
-        match mailboxes().find(|mailbox| waiting_in(*mailbox) == Some(frame.id())) {
-            Some(mailbox) => self.0.flush(mailbox).await,
-            None => self.0.flush_any().await,
+    /// Waits until a frame has left its mailbox, if there is any in one.
+    pub async fn freed(&self) {
+        if mailboxes().all(|mailbox| waiting_in(mailbox).is_none()) {
+            return;
         }
+        let emptied = async |mailbox| match waiting_in(mailbox) {
+            Some(_) => self.0.flush(mailbox).await,
+            None => pending().await,
+        };
+        tell_of_empty_mailboxes(true);
+        select3(
+            emptied(Mailbox::Mailbox0),
+            emptied(Mailbox::Mailbox1),
+            emptied(Mailbox::Mailbox2),
+        )
+        .await;
+        tell_of_empty_mailboxes(false);
     }
+}
+
+/// Receiving changes the same register from its interrupt.
+fn tell_of_empty_mailboxes(tell: bool) {
+    critical_section::with(|_| CAN1.ier().modify(|w| w.set_tmeie(tell)));
 }
 
 /// The identifier of the frame that waits there.
@@ -172,9 +234,12 @@ impl Receiver {
     }
 }
 
-/// What the controller thinks of the bus. From bus-off it comes back by itself, after 128 times
-/// 11 recessive bits.
+/// What the controller thinks of the bus; all is well where there is none. From bus-off it comes
+/// back by itself, after 128 times 11 recessive bits.
 pub fn bus_state() -> BusState {
+    if !STARTED.load(Ordering::Acquire) {
+        return BusState::Active;
+    }
     let state = CAN1.esr().read();
     if state.boff() {
         BusState::Off

@@ -4,7 +4,6 @@
 //! the next divider of 84 MHz would give 10.5 MHz.
 
 use embassy_stm32::Config;
-use embassy_stm32::interrupt::Priority;
 use embassy_stm32::pac::{FLASH, RCC};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
@@ -59,7 +58,6 @@ pub fn config(source: Source) -> Config {
         Source::Internal => (PllSource::HSI, HSI_MHZ),
     };
     let mut config = Config::default();
-    config.dma_interrupt_priority = Priority::P1;
     let rcc = &mut config.rcc;
     rcc.hse = (source == Source::Crystal).then_some(Hse {
         freq: Hertz::mhz(CRYSTAL_MHZ),

@@ -88,8 +88,8 @@ pub fn start() -> Board {
         from_sensor: p.PA6,
         select: p.PA4,
         data_ready: p.PA0,
-        transmit_dma: p.DMA2_CH3,
-        receive_dma: p.DMA2_CH0,
+        _transmit_dma: p.DMA2_CH3,
+        _receive_dma: p.DMA2_CH0,
     };
     Board {
         clock,

@@ -27,6 +27,17 @@
 //! [load]                          # in the unit of the load signal
 //! on_threshold = 12.0
 //! off_threshold = 6.0
+//!
+//! [probability_map]               # for a column p_calibrated; `footfall replay` of a recording
+//! slope = 0.7                     # with labels says what they are for this robot
+//! offset = -0.5
+//!
+//! [accelerometer]                 # applied to the recording's readings: (reading - bias) * scale
+//! bias_m_s2 = { ax = 0.11, ay = -0.05, az = 0.08 }
+//! scale = { ax = 1.002, ay = 0.998, az = 1.001 }
+//!
+//! [gyroscope]                     # taken off the recording's readings
+//! bias_rad_s = { wx = 0.004, wy = -0.002, wz = 0.001 }
 //! "#;
 //! let overrides = footfall::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
@@ -36,11 +47,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! `footfall calibrate` writes `[half_width]`, or with `--rests` `[accelerometer]` and
+//! `[gyroscope]`. The last two are for recordings: a foot has no setting for them, and learns its
+//! gyroscope's bias by itself.
+//!
 //! The attitude filter's keys, in the tables `[attitude]` and `[attitude.rest]`, are those of
 //! [`AttitudeOverrides`] and [`RestOverrides`].
 
 mod attitude;
 mod axes;
+mod correction;
 mod refusal;
 mod value;
 
@@ -55,10 +71,12 @@ use thiserror::Error;
 
 pub use attitude::{AttitudeOverrides, RestOverrides};
 pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
+pub use correction::{AccelerometerOverrides, GyroscopeOverrides};
 pub use refusal::{Origins, RateOrigin, Refusal};
 pub use value::{parse_gravity, parse_gyro_timing, parse_sample_rate, parse_window};
 
-use crate::input::Format;
+use crate::input::{Correction, Format};
+use crate::probability_map::ProbabilityMap;
 use value::checked_sample_rate;
 
 /// Where parameters start from.
@@ -112,12 +130,21 @@ pub struct Overrides {
     /// The attitude filter.
     #[serde(default)]
     pub attitude: AttitudeOverrides,
+    /// What is wrong with the accelerometer that recorded.
+    #[serde(default)]
+    pub accelerometer: AccelerometerOverrides,
+    /// What is wrong with the gyroscope that recorded.
+    #[serde(default)]
+    pub gyroscope: GyroscopeOverrides,
     /// The debounced decision.
     #[serde(default)]
     pub decision: DecisionOverrides,
     /// The load trigger.
     #[serde(default)]
     pub load: LoadOverrides,
+    /// What turns P into a calibrated probability, in a column of its own.
+    #[serde(default)]
+    pub probability_map: Option<ProbabilityMap>,
 }
 
 /// When the probability becomes a yes or a no.
@@ -196,6 +223,14 @@ impl Overrides {
                 message: error.message().trim().replace('\n', ", "),
             }
         })
+    }
+
+    /// What the file says is wrong with the sensor; `file` names it in errors.
+    ///
+    /// # Errors
+    /// A value that no sensor has.
+    pub fn correction(&self, file: &str) -> Result<Correction, Refusal> {
+        correction::correction(&self.accelerometer, &self.gyroscope, file)
     }
 
     /// Sets in `params` what the file sets.

@@ -41,6 +41,12 @@ pub struct Origins<'a> {
     pub sample_rate: RateOrigin,
 }
 
+impl Refusal {
+    pub(super) const fn new(sentence: String) -> Self {
+        Self(sentence)
+    }
+}
+
 impl Origins<'_> {
     /// Says `error`, which `params` caused, in the words of whoever set them.
     #[must_use]

@@ -38,6 +38,13 @@ impl Vector {
         libm::sqrt(self.x * self.x + self.y * self.y + self.z * self.z)
     }
 
+    /// The angle to another vector, rad; 0 to π.
+    #[must_use]
+    pub fn angle_to(self, other: Self) -> f64 {
+        let dot = self.x * other.x + self.y * other.y + self.z * other.z;
+        libm::atan2(self.cross(other).length(), dot)
+    }
+
     fn cross(self, other: Self) -> Self {
         Self::new(
             self.y * other.z - self.z * other.y,

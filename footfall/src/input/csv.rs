@@ -18,7 +18,7 @@ use estimator_core::{Axis, Gravity, Load, Saturation, Timestamp, Validity};
 
 use super::error::{HeaderSlip, InputError};
 use super::table::{Row, Table};
-use super::{Hints, Loaded, imu_sample, steady_time};
+use super::{Correction, Hints, Loaded, imu_sample, steady_time};
 use crate::recording::{Label, RecordedSample, Recording};
 
 /// By how much a given sample rate may differ from that of the times, as a fraction.
@@ -50,15 +50,48 @@ pub const VALIDITIES: [(&str, Validity); 6] = [
     ("invalid", Validity::Invalid),
 ];
 
-/// Reads a table with a header.
+/// What reads columns that are no part of a recording.
+pub(super) trait Beside {
+    /// Whether a column is one of those.
+    fn reads(&self, name: &str) -> bool;
+
+    /// Takes in the header.
+    fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError>;
+
+    /// Takes in a row.
+    fn row(&mut self, row: &Row) -> Result<(), InputError>;
+}
+
+/// Reads nothing beside the recording.
+impl Beside for () {
+    fn reads(&self, _: &str) -> bool {
+        false
+    }
+
+    fn header(&mut self, _: &Row, _: &str) -> Result<(), InputError> {
+        Ok(())
+    }
+
+    fn row(&mut self, _: &Row) -> Result<(), InputError> {
+        Ok(())
+    }
+}
+
+/// Reads a table with a header, and what stands `beside` the columns of a recording.
 ///
 /// # Errors
 /// The first thing that is wrong with it, with file, line and column.
-pub(super) fn read(mut table: Table, hints: &Hints) -> Result<Loaded, InputError> {
+pub(super) fn read(
+    mut table: Table,
+    hints: &Hints,
+    beside: &mut impl Beside,
+) -> Result<Loaded, InputError> {
     let Some(header) = table.next_row()? else {
         return Err(table.empty());
     };
-    let columns = Columns::checked(&header, table.file())?;
+    let mut columns = Columns::checked(&header, table.file())?;
+    beside.header(&header, table.file())?;
+    columns.ignored.retain(|name| !beside.reads(name));
     let mut clock: Option<Clock> = None;
     let mut times = Vec::new();
     let mut samples = Vec::new();
@@ -69,7 +102,8 @@ pub(super) fn read(mut table: Table, hints: &Hints) -> Result<Loaded, InputError
             let clock = clock.get_or_insert_with(|| Clock::starting_at(now_us));
             times.push(clock.advance_to(now_us, &row, index)?);
         }
-        samples.push(columns.sample(&row)?);
+        samples.push(columns.sample(&row, &hints.correction)?);
+        beside.row(&row)?;
     }
     if samples.is_empty() {
         return Err(table.empty());
@@ -204,7 +238,7 @@ impl Columns {
     }
 
     /// A row's values; the time is filled in later.
-    fn sample(&self, row: &Row) -> Result<RecordedSample, InputError> {
+    fn sample(&self, row: &Row, correction: &Correction) -> Result<RecordedSample, InputError> {
         let mut axes = [0.0; 6];
         for ((value, place), axis) in axes.iter_mut().zip(self.axes).zip(Axis::ALL) {
             if let Some(index) = place {
@@ -225,7 +259,7 @@ impl Columns {
             None => Validity::Valid,
         };
         Ok(RecordedSample {
-            imu: imu_sample(Timestamp::default(), axes, validity),
+            imu: imu_sample(Timestamp::default(), axes, validity, correction),
             load: force
                 .filter(|force| force.is_finite())
                 .map(|force| Load(force as f32)),
@@ -379,7 +413,7 @@ mod tests {
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(text.as_ref()).unwrap();
-        read(Table::open(file.path())?, hints)
+        read(Table::open(file.path())?, hints, &mut ())
     }
 
     fn loaded(text: impl AsRef<[u8]>) -> Loaded {
@@ -541,6 +575,7 @@ mod tests {
         let hints = Hints {
             sample_rate: Some(400.0),
             gravity: Some(Gravity::Removed),
+            ..Hints::default()
         };
         let recording = read_text("ax,ay,az,wx,wy,wz\n0,0,0,0,0,0\n0,0,0,0,0,0\n", &hints)
             .unwrap()

@@ -142,6 +142,24 @@ pub enum InputError {
         /// What it holds.
         text: String,
     },
+    /// The true orientation, or whether it counts, is not what it may be.
+    #[error("{cell}: {text} where {expected} is expected")]
+    Truth {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        text: String,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// There is nothing to score.
+    #[error(
+        "{file}: no row has an orientation that counts: qw, qx, qy and qz filled in and, where there is a column movement, a 1 in it"
+    )]
+    NoOrientation {
+        /// The file, as it was named.
+        file: String,
+    },
     /// A validity has a name that means nothing here.
     #[error(
         "{cell}: {text:?} where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"

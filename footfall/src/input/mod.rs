@@ -4,26 +4,32 @@
 //! |---|---|
 //! | `csv`: a header names the columns | [`csv`] |
 //! | `pce-atlas`, `pce-go1`: the recordings of the method's authors | [`pce`] |
+//! | `csv` with the true orientation, for scores | [`read_with_orientation`] |
 //!
 //! All of them are tables of numbers separated by commas. Windows line ends,
 //! blank lines, spaces around cells and a UTF-8 byte order mark are fine. `nan`, `inf` and
 //! numbers beyond f32 in an axis are accepted: the estimator flags such a sample as invalid and
 //! gives it mass 0.
 
+mod correction;
 pub mod csv;
 pub mod error;
 pub mod pce;
 mod table;
+mod truth;
 
 use std::path::Path;
 
 use clap::ValueEnum;
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 
+pub use correction::Correction;
 pub use error::{Cell, HeaderSlip, InputError};
 
+use crate::gait::space::Rotation;
 use crate::recording::Recording;
 use table::Table;
+use truth::Orientations;
 
 /// How a file is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -43,6 +49,8 @@ pub struct Hints {
     pub sample_rate: Option<f32>,
     /// Whether the samples contain gravity, where it differs from what the format says.
     pub gravity: Option<Gravity>,
+    /// The sensor's static calibration.
+    pub correction: Correction,
 }
 
 /// What came out of a file.
@@ -92,7 +100,7 @@ impl Opened {
         match self.format {
             Format::PceAtlas => pce::read_atlas(self.table, hints),
             Format::PceGo1 => pce::read_go1(self.table, hints),
-            Format::Csv => csv::read(self.table, hints),
+            Format::Csv => csv::read(self.table, hints, &mut ()),
         }
     }
 }
@@ -103,6 +111,26 @@ impl Opened {
 /// The first thing that is wrong with it, with file, line and column.
 pub fn read(path: &Path, format: Format, hints: &Hints) -> Result<Loaded, InputError> {
     Opened::new(path, Some(format))?.read(hints)
+}
+
+/// Reads a `csv` that has the columns `qw`, `qx`, `qy` and `qz`, too: a unit quaternion per row,
+/// Hamilton, sensor → world, z up, blank where it is not known. Gives it for each sample; `None`,
+/// too, where a column `movement` says that the row does not count.
+///
+/// # Errors
+/// The first thing that is wrong with it, with file, line and column; or no row counts.
+pub fn read_with_orientation(
+    path: &Path,
+    hints: &Hints,
+) -> Result<(Loaded, Vec<Option<Rotation>>), InputError> {
+    let mut orientations = Orientations::default();
+    let loaded = csv::read(Table::open(path)?, hints, &mut orientations)?;
+    if orientations.rows.iter().all(Option::is_none) {
+        return Err(InputError::NoOrientation {
+            file: path.display().to_string(),
+        });
+    }
+    Ok((loaded, orientations.rows))
 }
 
 /// The format of a table, where its first row leaves no doubt: a header that names a known column,
@@ -126,9 +154,15 @@ fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
     Timestamp::from_micros(micros.round() as u64)
 }
 
-/// A sample from six numbers in SI units, in the order of [`Axis::ALL`](estimator_core::Axis::ALL).
-fn imu_sample(timestamp: Timestamp, axes: [f64; 6], validity: Validity) -> ImuSample {
-    let [ax, ay, az, wx, wy, wz] = axes.map(|value| value as f32);
+/// A sample from six readings in SI units, in the order of
+/// [`Axis::ALL`](estimator_core::Axis::ALL), with what is known to be wrong with them put right.
+fn imu_sample(
+    timestamp: Timestamp,
+    readings: [f64; 6],
+    validity: Validity,
+    correction: &Correction,
+) -> ImuSample {
+    let [ax, ay, az, wx, wy, wz] = correction.apply(readings).map(|value| value as f32);
     ImuSample {
         timestamp,
         specific_force: SpecificForce(Vec3::new(ax, ay, az)),

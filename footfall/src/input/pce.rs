@@ -28,14 +28,16 @@
 //! Hence IMU row *k* takes the load of force row [`FORCE_ROWS_PER_IMU_ROW`] · k +
 //! [`FORCE_LEAD_ROWS`], good to about ±20 force rows (40 ms).
 
+use std::path::Path;
+
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Axis, Load, Params, Saturation, Validity};
 
 use super::csv::label;
 use super::error::InputError;
 use super::table::{Row, Table};
-use super::{Hints, Loaded, imu_sample, steady_time};
-use crate::recording::{RecordedSample, Recording};
+use super::{Correction, Hints, Loaded, imu_sample, steady_time};
+use crate::recording::{Label, RecordedSample, Recording};
 
 /// Rate of the ATLAS recordings, Hz.
 pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;
@@ -61,41 +63,89 @@ const ATLAS_COLUMNS: [&str; 13] = [
 
 const GO1_COLUMNS: [&str; 7] = ["Fz", "ax", "ay", "az", "wx", "wy", "wz"];
 
+/// What the last of the 13 columns says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LabelScheme {
+    /// 1 stable, 0 not: the recordings of the method's authors.
+    StableOrNot,
+    /// 0 stable, 1 no contact, 2 slip: the recordings at <https://github.com/mrsp/lcd>, which have
+    /// the same columns.
+    ContactClass,
+}
+
+/// What a six-axis force/torque sensor in the ankle measured: Fx, Fy, Fz in N, Tx, Ty, Tz in N m.
+pub type Wrench = [f64; 6];
+
 /// Reads an ATLAS recording.
 ///
 /// # Errors
 /// The first thing that is wrong with it, with file, line and column.
-pub(super) fn read_atlas(mut table: Table, hints: &Hints) -> Result<Loaded, InputError> {
+pub(super) fn read_atlas(table: Table, hints: &Hints) -> Result<Loaded, InputError> {
     let sample_rate = hints.sample_rate.unwrap_or(ATLAS_SAMPLE_RATE);
-    let mut samples = Vec::new();
+    let correction = &hints.correction;
+    let (mut recording, _) = read_table(table, LabelScheme::StableOrNot, sample_rate, correction)?;
+    recording.gravity = hints.gravity.unwrap_or(recording.gravity);
+    Ok(Loaded {
+        start_us: 0,
+        recording,
+        notices: Vec::new(),
+    })
+}
+
+/// Reads a recording with ATLAS' 13 columns, at `sample_rate` in Hz, and all of its wrench.
+///
+/// # Errors
+/// The first thing that is wrong with it, with file, line and column.
+pub fn read_with_wrench(
+    path: &Path,
+    labels: LabelScheme,
+    sample_rate: f32,
+) -> Result<(Recording, Vec<Wrench>), InputError> {
+    read_table(
+        Table::open(path)?,
+        labels,
+        sample_rate,
+        &Correction::default(),
+    )
+}
+
+fn read_table(
+    mut table: Table,
+    labels: LabelScheme,
+    sample_rate: f32,
+    correction: &Correction,
+) -> Result<(Recording, Vec<Wrench>), InputError> {
+    let (mut samples, mut wrenches) = (Vec::new(), Vec::new());
     while let Some(row) = table.next_row()? {
         row.expect_columns(ATLAS_COLUMNS.len())?;
         let mut values = [0.0; ATLAS_COLUMNS.len()];
         for (index, (value, name)) in values.iter_mut().zip(ATLAS_COLUMNS).enumerate() {
             *value = row.number(index, name)?;
         }
-        let [_, _, fz, _, _, _, ax, ay, az, wx, wy, wz, truth] = values;
+        let [fx, fy, fz, tx, ty, tz, ax, ay, az, wx, wy, wz, truth] = values;
         let time = steady_time(samples.len(), sample_rate);
         samples.push(RecordedSample {
-            imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid),
+            imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid, correction),
             load: Some(Load(fz as f32)),
-            label: Some(label(&row, ATLAS_COLUMNS.len() - 1, truth)?),
+            label: Some(match (labels, truth) {
+                (LabelScheme::ContactClass, 0.0) => Label::Stable,
+                (LabelScheme::ContactClass, 1.0 | 2.0) => Label::NotStable,
+                _ => label(&row, ATLAS_COLUMNS.len() - 1, truth)?,
+            }),
         });
+        wrenches.push([fx, fy, fz, tx, ty, tz]);
     }
     if samples.is_empty() {
         return Err(table.empty());
     }
-    Ok(Loaded {
-        start_us: 0,
-        recording: Recording {
-            name: table.recording_name().to_owned(),
-            sample_rate,
-            gravity: hints.gravity.unwrap_or(Params::PAPER.gravity),
-            load_title: "vertical force (N)".to_owned(),
-            samples,
-        },
-        notices: Vec::new(),
-    })
+    let recording = Recording {
+        name: table.recording_name().to_owned(),
+        sample_rate,
+        gravity: Params::PAPER.gravity,
+        load_title: "vertical force (N)".to_owned(),
+        samples,
+    };
+    Ok((recording, wrenches))
 }
 
 /// Reads a GO1 recording: one sample per row of the IMU columns, converted to SI, with the load
@@ -126,7 +176,12 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputE
         .iter()
         .enumerate()
         .map(|(k, axes)| RecordedSample {
-            imu: imu_sample(steady_time(k, sample_rate), to_si(axes), go1_validity(axes)),
+            imu: imu_sample(
+                steady_time(k, sample_rate),
+                to_si(axes),
+                go1_validity(axes),
+                &hints.correction,
+            ),
             load: forces
                 .get(force_row(k))
                 .filter(|force| force.is_finite())
@@ -197,7 +252,6 @@ fn go1_notice(file: &str, imu_rows: usize, force_rows: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Label;
     use estimator_core::Vec3;
     use std::fmt::Write as _;
 
@@ -229,6 +283,29 @@ mod tests {
         let text = "0,0,0,0,0,0,0,0,0,0,0,0,2\n";
         match load(text, read_atlas) {
             Err(InputError::Label { text, .. }) => assert_eq!(text, "2"),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_contact_class_is_stable_or_not_and_nothing_else() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("robot.csv");
+        let rows = |classes: &[u8]| -> String {
+            let row = |class| format!("1,2,3,4,5,6,7,8,9,10,11,12,{class}\n");
+            classes.iter().map(row).collect()
+        };
+        std::fs::write(&path, rows(&[0, 1, 2])).unwrap();
+        let (recording, wrenches) =
+            read_with_wrench(&path, LabelScheme::ContactClass, 100.0).unwrap();
+        let labels: Vec<_> = recording.samples.iter().filter_map(|s| s.label).collect();
+        assert_eq!(labels, [Label::Stable, Label::NotStable, Label::NotStable]);
+        assert_eq!(wrenches[2], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(recording.samples[1].imu.timestamp.as_micros(), 10_000);
+
+        std::fs::write(&path, rows(&[0, 3])).unwrap();
+        match read_with_wrench(&path, LabelScheme::ContactClass, 100.0) {
+            Err(InputError::Label { cell, .. }) => assert_eq!(cell.line, 2),
             other => panic!("{other:?}"),
         }
     }

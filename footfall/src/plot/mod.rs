@@ -14,6 +14,9 @@
 //! highest and last value, so no peak is lost.
 
 mod decimate;
+pub mod distribution;
+pub mod histogram;
+pub mod reliability;
 
 use std::io;
 use std::ops::Range;
@@ -64,6 +67,9 @@ const TRACK: Range<f64> = 1.1..1.22;
 const GRID_COLOUR: RGBColor = RGBColor(205, 205, 205);
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// What the drawing library says of a drawing.
+type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 /// Draws a recording with its estimates, one per sample. Load and labels are drawn where they
 /// exist.
@@ -128,7 +134,7 @@ fn draw(
     start_us: i64,
     recording: &Recording,
     estimates: &[ContactEstimate],
-) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+) -> Drawn {
     let time = time_span(recording);
     let mut panels = panels(recording, estimates, &time);
     let shades = shades(recording, estimates, &time);
@@ -306,11 +312,7 @@ fn times_of<T: Copy + PartialEq>(stretches: &[(Range<f64>, T)], wanted: T) -> Ve
 }
 
 /// A strip of its own, so that the legend never covers data.
-fn draw_legend(
-    area: &Area<'_>,
-    panels: &[Panel],
-    blocks: &[&Stretches],
-) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+fn draw_legend(area: &Area<'_>, panels: &[Panel], blocks: &[&Stretches]) -> Drawn {
     const SWATCH: i32 = 44;
     const SPACE: i32 = 10;
     /// About the width of a character, as no font is at hand to measure it.
@@ -348,7 +350,7 @@ fn draw_panel(
     track: Option<&Stretches>,
     time: &Range<f64>,
     time_title: Option<&str>,
-) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+) -> Drawn {
     let time_axis_height = time_title.map_or(0, |_| TIME_AXIS_HEIGHT);
     let mut chart: ChartContext<'_, _, Cartesian2d<RangedCoordf64, RangedCoordf64>> =
         ChartBuilder::on(area)

@@ -3,7 +3,11 @@
 use std::cell::Cell;
 
 use crate::bench::{Bench, MS, Run, SECOND, run, standing};
+use estimator_core::Calibrator;
+use estimator_core::calibration::STEPS;
+use footfall::calibrate::half_width::HalfWidthCalibration;
 use footfall::gait::{GaitName, Ground, Motion, Plan, SensorParams};
+use footfall::recording::{RecordedSample, Recording};
 use wire::dictionary::index;
 use wire::node::Command;
 use wire::uart::{Answer, ConfigGet, Message};
@@ -110,6 +114,58 @@ fn a_walk_gives_half_widths_that_count_only_once_they_are_accepted() {
             "{half_width} with h = {h}"
         );
     }
+}
+
+#[test]
+fn the_host_finds_the_same_bits_in_the_same_samples() {
+    let motion = Motion::new(&Plan::steady(GaitName::Walk, Ground::Hard, 30.0, 6));
+    let part = SensorParams::LSM6DSOX.mounted(motion, 0.0, 6);
+    let mut bench = Bench::new(Settings::default());
+    let params = bench.foot.settings().params();
+    // What the foot does with an estimate, to know where it has enough.
+    let mut calibrator = Calibrator::new(&params);
+    let mut samples = Vec::new();
+    let mut answers = Vec::new();
+    let mut ticks = 0;
+    run(
+        Run::default(),
+        &part,
+        &mut bench,
+        20_000 * MS,
+        |bench, _, measurement| {
+            answers.extend(bench.answers());
+            match ticks {
+                2000 => bench.set(COMMAND, Value::U8(1)),
+                19_000 => (0..6).for_each(|axis| {
+                    bench.ask(&get(Address::new(index::CALIBRATION, 3 + axis)));
+                }),
+                _ => {}
+            }
+            ticks += 1;
+            if calibrator.steps() < STEPS {
+                calibrator.update(bench.foot.estimate());
+                samples.push(RecordedSample {
+                    imu: measurement.sample,
+                    load: None,
+                    label: None,
+                });
+            }
+        },
+    );
+    let mut calibration = HalfWidthCalibration::new(&params);
+    let recording = Recording {
+        name: "what the foot measured".to_owned(),
+        sample_rate: params.sample_rate,
+        gravity: params.gravity,
+        load_title: String::new(),
+        samples,
+    };
+    calibration.add(&recording).expect("the foot's parameters");
+    let found = calibration.finish().expect("as many steps").half_width;
+    let found = found
+        .to_array()
+        .map(|half_width| Answer::Value(Value::F32(half_width).into()));
+    assert_eq!(answers[1..], found);
 }
 
 #[test]

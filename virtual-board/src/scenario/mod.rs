@@ -70,8 +70,8 @@ pub enum Invalid {
 
 impl Invalid {
     /// How much later than usual a frame may be and still say "stable", ms: the firmware gives up
-    /// what the bus did not take in 20 ms, and 16 more frames, a tick apart, wait before that.
-    pub const OLD_MS: u64 = 37;
+    /// what the bus did not take in 20 ms.
+    pub const OLD_MS: u64 = 21;
 }
 
 /// Something that can go wrong.

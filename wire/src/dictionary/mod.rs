@@ -433,6 +433,27 @@ pub fn settings() -> impl Iterator<Item = (Address, &'static Entry)> {
     entries().filter(|(_, entry)| entry.is_setting())
 }
 
+/// The place among the settings of the one at an address. Evaluated by the compiler only, which
+/// would report a setting that there is not.
+#[allow(clippy::indexing_slicing, clippy::panic)]
+pub(crate) const fn slot_of(index: u16, subindex: u8) -> usize {
+    let (mut slot, mut i) = (0, 0);
+    while i < OBJECTS.len() {
+        let object = &OBJECTS[i];
+        let mut j = 0;
+        while j < object.entries.len() {
+            let entry = &object.entries[j];
+            if entry.is_setting() && object.index == index && entry.subindex == subindex {
+                return slot;
+            }
+            slot += entry.is_setting() as usize;
+            j += 1;
+        }
+        i += 1;
+    }
+    panic!("there is no such setting")
+}
+
 /// How many settings there are.
 pub const SETTINGS: usize = count_settings(OBJECTS.len());
 

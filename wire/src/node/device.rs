@@ -5,6 +5,7 @@ use canopen_rs::time::TimeOfDay;
 use estimator_core::{PerAxis, Timestamp};
 
 use super::event::{Calibration, CalibrationState, Crash, Event};
+use super::snapshot::Snapshot;
 use crate::abort::AbortCode;
 use crate::counter::{Counter, Counters};
 use crate::dictionary::{
@@ -12,7 +13,7 @@ use crate::dictionary::{
 };
 use crate::fault::Faults;
 use crate::foot::NodeId;
-use crate::pdo::{Load, LongTime, PDOS, Pdo};
+use crate::pdo::{Load, LongTime};
 use crate::sdo::{Objects, Written};
 use crate::settings::Settings;
 use crate::stage::Stage;
@@ -27,7 +28,7 @@ pub(super) struct Device {
     pub(super) state: NmtState,
     pub(super) faults: Faults,
     pub(super) history: [u32; ERROR_HISTORY],
-    pub(super) payloads: [[u8; 8]; PDOS],
+    pub(super) snapshot: Snapshot,
     pub(super) stage: Stage,
     pub(super) counters: Counters,
     pub(super) crash: Option<Crash>,
@@ -44,20 +45,6 @@ pub(super) struct Device {
 impl Device {
     fn id(&self) -> u32 {
         self.id.map_or(0, |id| u32::from(id.get()))
-    }
-
-    /// What the PDO that maps `address` holds of it.
-    fn process(&self, address: Address) -> Option<u32> {
-        for (pdo, payload) in Pdo::ALL.into_iter().zip(self.payloads) {
-            let mut rest = u64::from_le_bytes(payload);
-            for mapped in pdo.mapping() {
-                if mapped.address == address {
-                    return Some(rest as u32);
-                }
-                rest >>= mapped.bits;
-            }
-        }
-        None
     }
 
     fn errors(&self) -> impl Iterator<Item = u32> {
@@ -207,7 +194,7 @@ impl Objects for Device {
                 .ok_or(AbortCode::NoObject)?
                 .to_raw()
                 .wrapping_add(self.id()),
-            (Role::Process, _) => self.process(address).ok_or(AbortCode::NoObject)?,
+            (Role::Process, _) => self.snapshot.value(address).ok_or(AbortCode::NoObject)?,
             (Role::Input, _) => self.load.map_or(f32::NAN, |load| load.0).to_bits(),
             (Role::Command, index::ERROR_HISTORY) => self.errors().count() as u32,
             (Role::Command, _) => return Ok(entry.default),

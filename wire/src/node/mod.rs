@@ -14,6 +14,7 @@
 
 mod device;
 mod event;
+mod snapshot;
 
 use canopen_rs::lss::{self, LssAddress, LssSlave, LssState};
 use canopen_rs::nmt;
@@ -22,6 +23,7 @@ use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
 use estimator_core::{ContactEstimate, Timestamp};
 
 use device::Device;
+use snapshot::Snapshot;
 
 use crate::abort::AbortCode;
 use crate::counter::Counters;
@@ -29,9 +31,7 @@ use crate::dictionary::{Address, ERROR_HISTORY, PRODUCT_CODE, REVISION, VENDOR_I
 use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
-use crate::pdo::{
-    Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Load, PDOS, Pdo, Rate,
-};
+use crate::pdo::{LastSync, Load, Pdo};
 use crate::sdo::{self, Objects, SdoServer};
 use crate::settings::{LoadSource, Settings, Trigger};
 use crate::stage::Stage;
@@ -93,7 +93,7 @@ impl Node {
                 state: NmtState::Initialising,
                 faults: Faults::NONE,
                 history: [0; ERROR_HISTORY],
-                payloads: [[0; 8]; PDOS],
+                snapshot: Snapshot::default(),
                 stage: Stage::Starting,
                 counters: Counters::default(),
                 crash: None,
@@ -170,6 +170,12 @@ impl Node {
     /// [`Node::boot`] on.
     pub fn set_settings(&mut self, settings: Settings) {
         self.device.settings = settings;
+    }
+
+    /// The newest estimate, as [`Node::tick`] took it in.
+    #[must_use]
+    pub const fn estimate(&self) -> &ContactEstimate {
+        &self.device.snapshot.estimate
     }
 
     /// The active faults.
@@ -352,7 +358,15 @@ impl Node {
     ) {
         self.ticks = self.ticks.wrapping_add(1);
         self.device.counters = *counters;
-        self.publish(estimate, temperature);
+        // Field by field: it is large, and made in its place.
+        let snapshot = &mut self.device.snapshot;
+        snapshot.estimate = *estimate;
+        snapshot.temperature = temperature;
+        snapshot.faults = self.device.faults;
+        snapshot.dropped = counters.dropped();
+        snapshot.last_sync = self.last_sync;
+        snapshot.sequence = self.sequence;
+        snapshot.is_taken = true;
         if let Some(emergency) = self.watch_load() {
             send(emergency);
         }
@@ -362,11 +376,8 @@ impl Node {
         if self.device.state == NmtState::Operational {
             for pdo in Pdo::ALL {
                 if self.is_due(pdo) {
-                    let payload = self.device.payloads.get(pdo as usize);
-                    send(CanFrame::of(
-                        pdo.cob_id(id),
-                        payload.copied().unwrap_or_default(),
-                    ));
+                    let payload = self.device.snapshot.payload(pdo);
+                    send(CanFrame::of(pdo.cob_id(id), payload));
                     if pdo == Pdo::Contact {
                         self.sequence = self.sequence.wrapping_add(1);
                     }
@@ -377,31 +388,13 @@ impl Node {
         if let Some(heartbeat) = self.heartbeat(id) {
             send(heartbeat);
         }
-        let untold = |fault: &Fault| !self.told.contains(*fault);
-        if let Some(fault) = self.device.faults.iter().find(untold)
+        let untold = self.device.faults.without_all(self.told);
+        if !untold.is_empty()
+            && let Some(fault) = untold.iter().next()
             && let Some(emergency) = self.tell(fault)
         {
             send(emergency);
         }
-    }
-
-    fn publish(&mut self, estimate: &ContactEstimate, temperature: f32) {
-        let faults = self.device.faults;
-        let health = Health::new(
-            estimate.flags,
-            faults.register(),
-            self.device.counters.dropped(),
-            self.last_sync,
-        );
-        self.device.payloads = [
-            Contact::new(estimate, self.sequence, faults).encode(),
-            Axes::new(estimate, faults).encode(),
-            Attitude::new(estimate, faults).encode(),
-            Acceleration::new(estimate, faults).encode(),
-            Rate::new(estimate, faults).encode(),
-            Bias::new(estimate, temperature, faults).encode(),
-            health.encode(),
-        ];
     }
 
     /// Forgets a load that is too old, and says so where the robot ought to send it.

@@ -47,6 +47,8 @@ fn is_known(estimate: &ContactEstimate, faults: Faults) -> bool {
     !faults.void_estimate() && !flagged
 }
 
+// Inlined as Quantity::new is.
+#[inline(always)]
 fn codes(vector: Vec3, step: f64) -> [Quantity; 3] {
     [vector.x, vector.y, vector.z].map(|value| Quantity::new(value, step))
 }

@@ -15,6 +15,14 @@ pub const UNIT_STEP: f64 = 1.0 / 32_767.0;
 /// One step of temperature, °C.
 pub const TEMPERATURE_STEP: f64 = 0.01;
 
+/// The nearest whole number, the one further from 0 where two are as near; the nearest that there
+/// is where it does not fit, and 0 of NaN. As `libm::roundf`, in a few instructions.
+fn nearest(value: f32) -> i32 {
+    // The greatest number below a half: a half would take what is just below one further.
+    const BELOW_HALF: f32 = 0.5 - f32::EPSILON / 4.0;
+    (value + BELOW_HALF.copysign(value)) as i32
+}
+
 /// A probability in 16 bits: 0 to 65535 for 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct P16(pub u16);
@@ -23,8 +31,7 @@ impl P16 {
     /// The nearest code. What is not a probability becomes one: below 0 and NaN 0, above 1 one.
     #[must_use]
     pub fn new(probability: f32) -> Self {
-        // A cast of NaN gives 0, and casts saturate.
-        Self(libm::roundf(probability * 65_535.0) as u16)
+        Self(nearest(probability * 65_535.0).clamp(0, 65_535) as u16)
     }
 
     /// The probability, off by at most 1/131070 from what was encoded.
@@ -42,7 +49,7 @@ impl P8 {
     /// The nearest code. What is not a probability becomes one: below 0 and NaN 0, above 1 one.
     #[must_use]
     pub fn new(probability: f32) -> Self {
-        Self(libm::roundf(probability * 255.0) as u8)
+        Self(nearest(probability * 255.0).clamp(0, 255) as u8)
     }
 
     /// The probability, off by at most 1/510 from what was encoded.
@@ -62,12 +69,18 @@ impl Quantity {
     pub const NONE: Self = Self(i16::MIN);
 
     /// The nearest code of `value` in steps of `step`.
+    // Inlined, so that the compiler makes the step an f32 and not a microcontroller in software.
+    #[inline(always)]
     #[must_use]
     pub fn new(value: f32, step: f64) -> Self {
+        Self::in_steps(value, step as f32)
+    }
+
+    fn in_steps(value: f32, step: f32) -> Self {
         if value.is_nan() {
             return Self::NONE;
         }
-        Self(libm::roundf(value / step as f32).clamp(-32_767.0, 32_767.0) as i16)
+        Self(nearest(value / step).clamp(-32_767, 32_767) as i16)
     }
 
     /// The value, off by at most half a step and the roundings of f32 where it was in range; NaN
@@ -103,6 +116,19 @@ mod tests {
             let error = (f64::from(P16::new(p).probability()) - f64::from(p)).abs();
             // Half a step, and the roundings of f32.
             assert!(error <= 0.5 / 65_535.0 + 6.0e-8, "{p} is off by {error}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_rounded_as_the_library_rounds_them() {
+        // Every pattern of sign, exponent and the mantissa's ends, and some in between.
+        let mantissas = (0..64).chain((1 << 23) - 64..1 << 23);
+        let some = (0..1 << 23).step_by(9_973);
+        for mantissa in mantissas.chain(some) {
+            for high in 0..512 {
+                let value = f32::from_bits(high << 23 | mantissa);
+                assert_eq!(nearest(value), libm::roundf(value) as i32, "{value}");
+            }
         }
     }
 

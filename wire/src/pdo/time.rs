@@ -15,7 +15,7 @@ pub struct ShortTime(pub u16);
 
 impl From<Timestamp> for ShortTime {
     fn from(timestamp: Timestamp) -> Self {
-        Self((timestamp.as_micros() / TIME_STEP_US) as u16)
+        LongTime::from(timestamp).short()
     }
 }
 
@@ -34,7 +34,16 @@ impl LongTime {
 
 impl From<Timestamp> for LongTime {
     fn from(timestamp: Timestamp) -> Self {
-        Self((timestamp.as_micros() / TIME_STEP_US) as u32)
+        // The last two digits of a long division in base 2¹⁶: each frame has a time, and a
+        // microcontroller divides 64 bits in software.
+        const STEP: u32 = TIME_STEP_US as u32;
+        let micros = timestamp.as_micros();
+        let digit = |place: u32| (micros >> (16 * place)) as u32 & 0xFFFF;
+        let rest = digit(3) % STEP;
+        let rest = (rest << 16 | digit(2)) % STEP;
+        let upper = rest << 16 | digit(1);
+        let lower = (upper % STEP) << 16 | digit(0);
+        Self(((upper / STEP) << 16) | (lower / STEP))
     }
 }
 
@@ -67,6 +76,21 @@ mod tests {
             let micros = 123 + tick * 1003;
             let full = unwrapper.unwrap(Timestamp::from_micros(micros).into());
             assert!(micros - full < TIME_STEP_US, "{micros} µs became {full}");
+        }
+    }
+
+    #[test]
+    fn a_long_time_is_the_tenth_of_the_microseconds() {
+        let mut micros = 0_u64;
+        for i in 0..1_000_000_u64 {
+            let expected = (micros / TIME_STEP_US) as u32;
+            let time = LongTime::from(Timestamp::from_micros(micros));
+            assert_eq!(time, LongTime(expected), "{micros} µs");
+            // All lengths of number.
+            micros = micros
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(i)
+                >> (i % 64);
         }
     }
 

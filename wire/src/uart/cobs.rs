@@ -3,23 +3,21 @@
 //! Each zero is replaced by the distance to the next, the first distance stands in front, and a
 //! zero ends the frame.
 
-/// Codes `plain`, at most 254 bytes, into `coded` with the zero at the end; returns how many bytes
-/// that are. What does not fit is left out.
-pub(super) fn encode(plain: &[u8], coded: &mut [u8]) -> usize {
-    let mut written = 0;
-    let mut put = |byte: u8| {
-        if let Some(place) = coded.get_mut(written) {
-            *place = byte;
-            written += 1;
-        }
+/// Codes a frame in its place: at most 254 bytes, with a zero byte before them, which becomes the
+/// first distance, and one after them, which stays.
+pub(super) fn encode(frame: &mut [u8]) {
+    let Some((_end, bytes)) = frame.split_last_mut() else {
+        return;
     };
-    // Split at zeros, the last piece too is followed by one: the end of the frame.
-    for piece in plain.split(|byte| *byte == 0) {
-        put(piece.len() as u8 + 1);
-        piece.iter().copied().for_each(&mut put);
+    // From the back, where the next zero is known.
+    let mut distance = 1_u32;
+    for byte in bytes.iter_mut().rev() {
+        if *byte == 0 {
+            *byte = distance as u8;
+            distance = 0;
+        }
+        distance = distance.wrapping_add(1);
     }
-    put(0);
-    written
 }
 
 /// Decodes one byte after the other.
@@ -71,13 +69,16 @@ mod tests {
         plain
     }
 
+    fn encoded(plain: &[u8]) -> Vec<u8> {
+        let mut frame = [&[0], plain, &[0]].concat();
+        encode(&mut frame);
+        frame
+    }
+
     #[test]
     fn golden_bytes() {
-        let mut coded = [0; 8];
-        let length = encode(&[0x11, 0, 0, 0x22], &mut coded);
-        assert_eq!(coded[..length], [2, 0x11, 1, 2, 0x22, 0]);
-        let length = encode(&[], &mut coded);
-        assert_eq!(coded[..length], [1, 0]);
+        assert_eq!(encoded(&[0x11, 0, 0, 0x22]), [2, 0x11, 1, 2, 0x22, 0]);
+        assert_eq!(encoded(&[]), [1, 0]);
     }
 
     #[test]
@@ -95,12 +96,11 @@ mod tests {
                     }
                 })
                 .collect();
-            let mut coded = [0; 256];
-            let written = encode(&plain, &mut coded);
+            let coded = encoded(&plain);
             let mut theirs = ::cobs::encode_vec(&plain);
             theirs.push(0);
-            assert_eq!(coded[..written], theirs);
-            assert_eq!(decode(&coded[..written]), plain);
+            assert_eq!(coded, theirs);
+            assert_eq!(decode(&coded), plain);
         }
     }
 

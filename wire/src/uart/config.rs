@@ -188,6 +188,7 @@ impl NmtRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::uart::Payload;
     use crate::uart::{Kind, Message};
 
     fn bytes(message: &Message) -> std::vec::Vec<u8> {

@@ -19,6 +19,7 @@ mod contact;
 mod decoder;
 mod health;
 mod log;
+mod payload;
 mod raw;
 
 pub use config::{Answer, ConfigGet, ConfigResponse, ConfigSet, NmtRequest};
@@ -26,6 +27,7 @@ pub use contact::ContactMessage;
 pub use decoder::{Decoder, Drops, Problem};
 pub use health::HealthMessage;
 pub use log::{LogMessage, MAX_LOG};
+pub use payload::Payload;
 pub use raw::RawSample;
 
 use crate::bytes::{Reader, Writer};
@@ -145,19 +147,6 @@ impl Message {
         }
     }
 
-    fn write(&self, writer: &mut Writer<'_>) {
-        match self {
-            Self::Contact(message) => message.write(writer),
-            Self::Raw(message) => message.write(writer),
-            Self::Health(message) => message.write(writer),
-            Self::ConfigGet(message) => message.write(writer),
-            Self::ConfigSet(message) => message.write(writer),
-            Self::ConfigResponse(message) => message.write(writer),
-            Self::Log(message) => message.write(writer),
-            Self::Nmt(message) => message.write(writer),
-        }
-    }
-
     /// The message of this type with this payload; `None` where the payload has a wrong length
     /// or a value that stands for nothing.
     #[must_use]
@@ -173,6 +162,25 @@ impl Message {
             Kind::Log => Self::Log(LogMessage::read(reader)?),
             Kind::Nmt => Self::Nmt(NmtRequest::read(reader)?),
         })
+    }
+}
+
+impl Payload for Message {
+    fn kind(&self) -> Kind {
+        self.kind()
+    }
+
+    fn write(&self, writer: &mut Writer<'_>) {
+        match self {
+            Self::Contact(message) => message.write(writer),
+            Self::Raw(message) => message.write(writer),
+            Self::Health(message) => message.write(writer),
+            Self::ConfigGet(message) => message.write(writer),
+            Self::ConfigSet(message) => message.write(writer),
+            Self::ConfigResponse(message) => message.write(writer),
+            Self::Log(message) => message.write(writer),
+            Self::Nmt(message) => message.write(writer),
+        }
     }
 }
 
@@ -193,6 +201,12 @@ pub struct Encoded {
 }
 
 impl Encoded {
+    /// No frame.
+    pub const EMPTY: Self = Self {
+        bytes: [0; MAX_FRAME],
+        length: 0,
+    };
+
     /// The bytes to send, the zeros at both ends included.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
@@ -200,27 +214,42 @@ impl Encoded {
     }
 }
 
-/// Makes a frame of a message. `sequence` is to be one more than that of the frame before, whether
+/// Makes a frame of a [`Message`], or of what is in one. `sequence` is to be one more than that of the frame before, whether
 /// or not that one could be sent.
 #[must_use]
-pub fn encode(sequence: u16, message: &Message) -> Encoded {
-    let mut plain = [0; MAX_DECODED];
-    let mut writer = Writer::new(&mut plain);
+pub fn encode(sequence: u16, message: &impl Payload) -> Encoded {
+    let mut frame = Encoded::EMPTY;
+    encode_into(&mut frame, sequence, message);
+    frame
+}
+
+/// [`encode`]s in the place of another frame.
+pub fn encode_into(frame: &mut Encoded, sequence: u16, message: &impl Payload) {
+    let bytes = &mut frame.bytes;
+    // Written where it stays: after a zero and the first distance of COBS.
+    let [_zero, distance, plain @ ..] = bytes;
+    *distance = 0;
+    let mut writer = Writer::new(plain);
     writer.u8(VERSION);
     writer.u8(message.kind().code());
     writer.u16(sequence);
     message.write(&mut writer);
     // Every message is shorter than the longest payload; a test sends the longest of each.
     let length = writer.finish().unwrap_or(0);
-    let check = CRC.checksum(plain.get(..length).unwrap_or(&[]));
-    for (to, from) in plain.iter_mut().skip(length).zip(check.to_le_bytes()) {
-        *to = from;
+    if let Some((body, rest)) = plain.split_at_mut_checked(length)
+        && let Some(place) = rest.first_chunk_mut::<CHECK>()
+    {
+        *place = CRC.checksum(body).to_le_bytes();
     }
-    let mut bytes = [0; MAX_FRAME];
-    let plain = plain.get(..length + CHECK).unwrap_or(&[]);
-    let [_zero, coded @ ..] = &mut bytes;
-    let length = 1 + cobs::encode(plain, coded);
-    Encoded { bytes, length }
+    // A distance before it, and a zero after it.
+    let end = length + CHECK + 2;
+    let [_zero, coded @ ..] = bytes;
+    let coded = coded.get_mut(..end).unwrap_or(&mut []);
+    if let Some(last) = coded.last_mut() {
+        *last = 0;
+    }
+    cobs::encode(coded);
+    frame.length = 1 + end;
 }
 
 /// Why a decoded frame is not one of ours.

@@ -1,0 +1,200 @@
+//! Still stretches in a recording: what the sensor read in each.
+
+use estimator_core::{RestParams, Validity, Vec3};
+use serde::Serialize;
+
+use crate::recording::{RecordedSample, Recording};
+
+/// Shortest stretch that counts, s.
+const SHORTEST: f64 = 1.0;
+
+/// Left out at either end, s: the hand that lets go and the hand that grasps.
+const MARGIN: f64 = 0.2;
+
+/// How far a sample may lie from the mean so far, m/s²: twenty times the noise of an LSM6DSOX.
+const FORCE_TOLERANCE: f64 = 0.4;
+
+/// The same for the angular rate, rad/s.
+const RATE_TOLERANCE: f64 = 0.03;
+
+/// How far the means of a stretch's halves may differ, m/s²: a slow turn is no rest.
+const SWAY: f64 = 0.03;
+
+/// A still stretch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Rest {
+    /// When it begins on the recording's clock, s.
+    pub start_s: f64,
+    /// How long it is without its margins, s.
+    pub duration_s: f64,
+    /// Mean specific force, sensor frame, m/s².
+    pub specific_force: [f64; 3],
+    /// Mean angular rate, sensor frame, rad/s.
+    pub angular_rate: [f64; 3],
+}
+
+/// The rests of a recording, in order of time.
+#[must_use]
+pub fn rests(recording: &Recording) -> Vec<Rest> {
+    let mut rests = Vec::new();
+    let mut stretch = Stretch::default();
+    for sample in &recording.samples {
+        if !stretch.takes(sample) {
+            rests.extend(stretch.rest(recording.sample_rate));
+            stretch = Stretch::default();
+            stretch.takes(sample);
+        }
+    }
+    rests.extend(stretch.rest(recording.sample_rate));
+    rests
+}
+
+/// Samples that may turn out to be a rest.
+#[derive(Default)]
+struct Stretch<'a> {
+    samples: Vec<&'a RecordedSample>,
+    force: Mean,
+    rate: Mean,
+}
+
+impl<'a> Stretch<'a> {
+    /// Takes in a sample; not one that differs from those so far.
+    fn takes(&mut self, sample: &'a RecordedSample) -> bool {
+        let force = double(sample.imu.specific_force.0);
+        let rate = double(sample.imu.angular_rate.0);
+        let alike = self.samples.is_empty()
+            || (distance(force, self.force.value()) <= FORCE_TOLERANCE
+                && distance(rate, self.rate.value()) <= RATE_TOLERANCE);
+        if !alike || sample.imu.checked_validity() != Validity::Valid {
+            return false;
+        }
+        self.samples.push(sample);
+        self.force.add(force);
+        self.rate.add(rate);
+        true
+    }
+
+    fn rest(&self, sample_rate: f32) -> Option<Rest> {
+        let margin = (MARGIN * f64::from(sample_rate)).round() as usize;
+        let inside = self
+            .samples
+            .get(margin..self.samples.len().checked_sub(margin)?)?;
+        let (first, last) = (inside.first()?, inside.last()?);
+        let duration = last.time_s() - first.time_s();
+        let force = |samples: &[&RecordedSample]| {
+            mean(samples.iter().map(|s| double(s.imu.specific_force.0)))
+        };
+        let (early, late) = inside.split_at(inside.len() / 2);
+        let rate = mean(inside.iter().map(|s| double(s.imu.angular_rate.0)));
+        // A gyroscope that reads more turns: no bias is as large.
+        let largest_bias = f64::from(RestParams::DEFAULT.bias_limit);
+        let still = duration + 2.0 * MARGIN >= SHORTEST
+            && distance(force(early), force(late)) <= SWAY
+            && rate.iter().all(|rate| rate.abs() <= largest_bias);
+        still.then(|| Rest {
+            start_s: first.time_s(),
+            duration_s: duration,
+            specific_force: force(inside),
+            angular_rate: rate,
+        })
+    }
+}
+
+#[derive(Default)]
+struct Mean {
+    sum: [f64; 3],
+    count: f64,
+}
+
+impl Mean {
+    fn add(&mut self, value: [f64; 3]) {
+        self.sum = std::array::from_fn(|k| self.sum[k] + value[k]);
+        self.count += 1.0;
+    }
+
+    fn value(&self) -> [f64; 3] {
+        self.sum.map(|sum| sum / self.count.max(1.0))
+    }
+}
+
+fn mean(values: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+    let mut mean = Mean::default();
+    values.for_each(|value| mean.add(value));
+    mean.value()
+}
+
+fn double(v: Vec3) -> [f64; 3] {
+    [v.x, v.y, v.z].map(f64::from)
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
+    squares.sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp};
+
+    /// A recording at 100 Hz.
+    fn recording(samples: impl IntoIterator<Item = ([f32; 3], [f32; 3])>) -> Recording {
+        let vec3 = |[x, y, z]: [f32; 3]| Vec3::new(x, y, z);
+        let sample = |(k, (force, rate)): (u64, ([f32; 3], [f32; 3]))| RecordedSample {
+            imu: ImuSample {
+                timestamp: Timestamp::from_micros(10_000 * k),
+                specific_force: SpecificForce(vec3(force)),
+                angular_rate: AngularRate(vec3(rate)),
+                validity: Validity::Valid,
+            },
+            load: None,
+            label: None,
+        };
+        Recording {
+            name: "turned by hand".to_owned(),
+            sample_rate: 100.0,
+            gravity: Gravity::Included,
+            load_title: String::new(),
+            samples: (0..).zip(samples).map(sample).collect(),
+        }
+    }
+
+    fn still(force: [f32; 3], samples: usize) -> Vec<([f32; 3], [f32; 3])> {
+        vec![(force, [0.001, 0.0, -0.002]); samples]
+    }
+
+    #[test]
+    fn a_rest_ends_where_the_sensor_is_turned_and_short_ones_do_not_count() {
+        let mut samples = still([0.0, 0.0, 9.8], 200);
+        samples.extend(
+            (0..50).map(|k| ([0.2 * k as f32, 0.0, 9.8 - 0.2 * k as f32], [0.0, 1.5, 0.0])),
+        );
+        samples.extend(still([9.8, 0.0, 0.0], 150));
+        samples.extend(still([0.0, 9.8, 0.0], 90));
+        let rests = rests(&recording(samples));
+        let seen: Vec<_> = rests
+            .iter()
+            .map(|rest| rest.specific_force[0] as f32)
+            .collect();
+        assert_eq!(seen, [0.0, 9.8]);
+        assert!((rests[1].start_s - 2.7).abs() < 0.011, "{rests:?}");
+        assert!((rests[1].duration_s - 1.1).abs() < 0.011, "{rests:?}");
+        assert!((rests[0].angular_rate[2] + 0.002).abs() < 1e-6);
+    }
+
+    #[test]
+    fn slow_turns_and_broken_samples_are_no_rests() {
+        let turn = (0..2000).map(|k| {
+            let angle = 0.01 * k as f32 * 0.02;
+            (
+                [0.0, 9.8 * angle.sin(), 9.8 * angle.cos()],
+                [0.02, 0.0, 0.0],
+            )
+        });
+        assert_eq!(rests(&recording(turn)), []);
+        let fast = vec![([0.0, 0.0, 9.8], [0.0, 0.0, 0.05]); 1000];
+        assert_eq!(rests(&recording(fast)), []);
+        let broken = vec![([f32::NAN, 0.0, 9.8], [0.0; 3]); 1000];
+        assert_eq!(rests(&recording(broken)), []);
+    }
+}

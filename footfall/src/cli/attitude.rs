@@ -1,0 +1,61 @@
+//! `footfall attitude`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Configuration, tell};
+use crate::attitude::{AttitudeReport, InclinationScore};
+use crate::config::Preset;
+use crate::error::Error;
+use crate::input::{Format, read_with_orientation};
+use crate::replay::replay;
+use crate::report::{SummaryStyle, print, print_text};
+
+/// What `footfall attitude` takes.
+#[derive(Debug, Args)]
+pub struct AttitudeArguments {
+    /// Recordings in csv; rows count where qw,qx,qy,qz are filled in and movement, if there, is 1
+    #[arg(required = true, value_name = "INPUT.csv")]
+    pub inputs: Vec<PathBuf>,
+    /// A TOML file with parameters that differ from the default
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Print a Markdown table
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl AttitudeArguments {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let configuration = Configuration::read(self.config.as_deref())?;
+        let mut params = Preset::Default.params(Format::Csv);
+        configuration.overrides.apply(&mut params);
+        let hints = configuration.hints(None, None)?;
+        let scores: Result<Vec<_>, Error> = self
+            .inputs
+            .iter()
+            .map(|input| {
+                let (loaded, truth) = read_with_orientation(input, &hints)?;
+                tell(&loaded.notices);
+                let estimates = replay(&loaded.recording, &params)?;
+                Ok(InclinationScore::of(&loaded.recording, &estimates, &truth))
+            })
+            .collect();
+        let report = AttitudeReport::of(scores?);
+        if self.markdown {
+            print_text(&report.markdown())
+        } else {
+            let style = if self.json {
+                SummaryStyle::Json
+            } else {
+                SummaryStyle::Text
+            };
+            print(&report, style, [])
+        }
+        .map_err(Error::Print)
+    }
+}

@@ -1,0 +1,60 @@
+//! Trailing windows over motion, for the detectors that others published.
+
+use std::collections::VecDeque;
+
+/// ax, ay, az in m/s², wx, wy, wz in rad/s, gravity removed.
+pub type Motion = [f64; 6];
+
+/// A statistic of each sample's trailing window, which has `length` samples, itself included; at
+/// the start, the samples so far.
+pub fn over_windows(
+    motions: &[Motion],
+    length: usize,
+    mut statistic: impl FnMut(&VecDeque<Motion>) -> f64,
+) -> Vec<f64> {
+    let mut window = VecDeque::with_capacity(length + 1);
+    let of_sample = |motion: &Motion| {
+        window.push_back(*motion);
+        if window.len() > length {
+            window.pop_front();
+        }
+        statistic(&window)
+    };
+    motions.iter().map(of_sample).collect()
+}
+
+/// The mean over each trailing window of a value per sample.
+pub fn moving_mean(motions: &[Motion], length: usize, value: impl Fn(&Motion) -> f64) -> Vec<f64> {
+    over_windows(motions, length, |window| {
+        window.iter().map(&value).sum::<f64>() / window.len() as f64
+    })
+}
+
+/// The acceleration's squared length, m²/s⁴.
+pub fn acceleration_energy([x, y, z, ..]: &Motion) -> f64 {
+    x * x + y * y + z * z
+}
+
+/// The angular rate's squared length, rad²/s².
+pub fn rate_energy([_, _, _, x, y, z]: &Motion) -> f64 {
+    x * x + y * y + z * z
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_ends_with_its_sample_and_sees_nothing_later() {
+        let motions: Vec<Motion> = (0..5).map(|k| [f64::from(k); 6]).collect();
+        let means = moving_mean(&motions, 3, |motion| motion[0]);
+        assert_eq!(means, [0.0, 0.5, 1.0, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn energies_are_squared_lengths() {
+        let motion = [1.0, 2.0, 2.0, 2.0, 3.0, 6.0];
+        assert_eq!(acceleration_energy(&motion), 9.0);
+        assert_eq!(rate_energy(&motion), 49.0);
+    }
+}

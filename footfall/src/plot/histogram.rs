@@ -1,0 +1,126 @@
+//! Histograms side by side: what share of samples lies how far off.
+
+use std::io;
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::{
+    Drawn, GRID_COLOUR, NUMBER_SIZE, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE,
+    VALUE_AXIS_WIDTH, VERTICAL_COLOUR, text_style, tick,
+};
+
+const WIDTH: u32 = 1200;
+const HEIGHT: u32 = 560;
+const LEGEND_HEIGHT: u32 = 44;
+
+/// Bars over [0, 1].
+pub const BARS: usize = 20;
+
+/// The errors of one method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// The method, for the legend.
+    pub name: String,
+    /// |P − label| of each sample, in [0, 1].
+    pub errors: Vec<f64>,
+}
+
+/// Draws both distributions as bars beside each other.
+///
+/// # Errors
+/// What the drawing library reports; writing to memory gives it no reason to.
+pub fn svg(title: &str, series: &[Series; 2]) -> io::Result<String> {
+    let mut text = String::new();
+    draw(&mut text, title, series).map_err(io::Error::other)?;
+    Ok(text)
+}
+
+fn draw(text: &mut String, title: &str, series: &[Series; 2]) -> Drawn {
+    let colours = [TANGENTIAL_COLOUR, VERTICAL_COLOUR];
+    let shares = series.each_ref().map(|series| shares(&series.errors));
+    let highest = shares.iter().flatten().copied().fold(1.0, f64::max);
+    let root = SVGBackend::with_string(text, (WIDTH, HEIGHT)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (head, rest) = root.split_vertically(TITLE_HEIGHT);
+    let centred = text_style(TITLE_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
+    head.draw_text(title, &centred, (WIDTH as i32 / 2, 32))?;
+    let (legend, rest) = rest.split_vertically(LEGEND_HEIGHT);
+    for ((series, colour), left) in series.iter().zip(colours).zip([140, 640]) {
+        let swatch = Rectangle::new([(left, 10), (left + 44, 34)], colour.filled());
+        legend.draw(&swatch)?;
+        let beside = text_style(TEXT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
+        legend.draw_text(&series.name, &beside, (left + 56, 22))?;
+    }
+    let mut chart = ChartBuilder::on(&rest)
+        .margin(12)
+        .margin_right(36)
+        .set_label_area_size(LabelAreaPosition::Left, VALUE_AXIS_WIDTH)
+        .set_label_area_size(LabelAreaPosition::Bottom, 66)
+        .build_cartesian_2d(0.0..1.0, 0.0..1.05 * highest)?;
+    chart
+        .configure_mesh()
+        .disable_x_mesh()
+        .x_desc("|P − label|")
+        .y_desc("share of samples (%)")
+        .x_label_formatter(&tick)
+        .y_label_formatter(&tick)
+        .bold_line_style(GRID_COLOUR)
+        .light_line_style(TRANSPARENT)
+        .label_style(text_style(NUMBER_SIZE))
+        .axis_desc_style(text_style(TEXT_SIZE))
+        .draw()?;
+    let width = 1.0 / BARS as f64;
+    for ((shares, colour), side) in shares.iter().zip(colours).zip([0.08, 0.5]) {
+        let bars = shares.iter().enumerate().map(|(bar, share)| {
+            let left = width * (bar as f64 + side);
+            Rectangle::new(
+                [(left, 0.0), (left + 0.42 * width, *share)],
+                colour.filled(),
+            )
+        });
+        chart.draw_series(bars)?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+/// The share of values in each bar, %. A bar holds its lower end, the last holds 1 too.
+fn shares(values: &[f64]) -> [f64; BARS] {
+    let mut shares = [0.0; BARS];
+    for value in values {
+        let bar = (value * BARS as f64) as usize;
+        shares[bar.min(BARS - 1)] += 100.0 / values.len() as f64;
+    }
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_ends_have_their_bar_and_shares_add_up() {
+        let shares = shares(&[0.0, 0.049, 0.5, 1.0]);
+        assert_eq!((shares[0], shares[10], shares[19]), (50.0, 25.0, 25.0));
+        assert_eq!(shares.iter().sum::<f64>(), 100.0);
+    }
+
+    #[test]
+    fn the_picture_names_both_methods_and_its_axes() {
+        let series = |name: &str| Series {
+            name: name.to_owned(),
+            errors: vec![0.1, 0.9],
+        };
+        let svg = svg("errors", &[series("one"), series("other")]).unwrap();
+        for text in [
+            "errors",
+            "one",
+            "other",
+            "|P − label|",
+            "share of samples (%)",
+        ] {
+            assert!(svg.contains(&format!("\n{text}\n")), "{text}");
+        }
+    }
+}

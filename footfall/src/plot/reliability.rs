@@ -1,0 +1,149 @@
+//! Reliability diagrams: how often a probability comes true, over what it says.
+
+use std::io;
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::{
+    Area, Drawn, GRID_COLOUR, NUMBER_SIZE, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE,
+    TOTAL_COLOUR, VALUE_AXIS_WIDTH, VERTICAL_COLOUR, text_style, tick,
+};
+use crate::reliability::Bin;
+
+const WIDTH: u32 = 1600;
+const HEIGHT: u32 = 860;
+/// A title and three lines of legend.
+const LEGEND_HEIGHT: u32 = 150;
+
+/// One line of a diagram.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// What it is, for the legend.
+    pub name: String,
+    /// Its bins, in order of probability.
+    pub bins: Vec<Bin>,
+}
+
+/// One diagram.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// What the diagram is about.
+    pub title: String,
+    /// The lines in it.
+    pub series: [Series; 3],
+}
+
+/// Draws two diagrams beside each other. A dot's area grows with the samples in its bin.
+///
+/// # Errors
+/// What the drawing library reports; writing to memory gives it no reason to.
+pub fn svg(title: &str, panels: &[Panel; 2]) -> io::Result<String> {
+    let mut text = String::new();
+    draw(&mut text, title, panels).map_err(io::Error::other)?;
+    Ok(text)
+}
+
+fn draw(text: &mut String, title: &str, panels: &[Panel; 2]) -> Drawn {
+    let root = SVGBackend::with_string(text, (WIDTH, HEIGHT)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (head, rest) = root.split_vertically(TITLE_HEIGHT);
+    let centred = text_style(TITLE_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
+    head.draw_text(title, &centred, (WIDTH as i32 / 2, 32))?;
+    for (area, panel) in rest.split_evenly((1, 2)).iter().zip(panels) {
+        draw_panel(area, panel)?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+fn draw_panel(area: &Area<'_>, panel: &Panel) -> Drawn {
+    let colours = [TANGENTIAL_COLOUR, VERTICAL_COLOUR, TOTAL_COLOUR];
+    let (legend, area) = area.split_vertically(LEGEND_HEIGHT);
+    let beside = text_style(TEXT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
+    let left = VALUE_AXIS_WIDTH as i32 + 24;
+    legend.draw_text(&panel.title, &beside, (left, 20))?;
+    for ((series, colour), line) in panel.series.iter().zip(colours).zip(1..) {
+        let middle = 20 + 36 * line;
+        let dot = Circle::new((left + 16, middle), 9, colour.filled());
+        legend.draw(&dot)?;
+        legend.draw_text(&series.name, &beside, (left + 40, middle))?;
+    }
+    let mut chart = ChartBuilder::on(&area)
+        .margin(12)
+        .margin_right(36)
+        .set_label_area_size(LabelAreaPosition::Left, VALUE_AXIS_WIDTH)
+        .set_label_area_size(LabelAreaPosition::Bottom, 66)
+        .build_cartesian_2d(-0.02..1.02, -0.02..1.02)?;
+    chart
+        .configure_mesh()
+        .x_desc("P")
+        .y_desc("share that is stable")
+        .x_labels(6)
+        .y_labels(6)
+        .x_label_formatter(&tick)
+        .y_label_formatter(&tick)
+        .bold_line_style(GRID_COLOUR)
+        .light_line_style(TRANSPARENT)
+        .label_style(text_style(NUMBER_SIZE))
+        .axis_desc_style(text_style(TEXT_SIZE))
+        .draw()?;
+    let ideal = PathElement::new([(0.0, 0.0), (1.0, 1.0)], BLACK.stroke_width(1));
+    chart.draw_series([ideal])?;
+    for (series, colour) in panel.series.iter().zip(colours) {
+        let points = || series.bins.iter().map(|bin| (bin.probability, bin.stable));
+        let path = PathElement::new(points().collect::<Vec<_>>(), colour.stroke_width(2));
+        chart.draw_series([path])?;
+        let all: usize = series.bins.iter().map(|bin| bin.samples).sum();
+        let dots = series.bins.iter().zip(points()).map(|(bin, point)| {
+            Circle::new(point, radius(bin.samples, all), colour.mix(0.7).filled())
+        });
+        chart.draw_series(dots)?;
+    }
+    Ok(())
+}
+
+/// The radius of the dot for some of all samples, in pixels: never so small that it is lost.
+fn radius(samples: usize, all: usize) -> i32 {
+    let share = samples as f64 / all.max(1) as f64;
+    4 + (28.0 * share.sqrt()).round() as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panel(title: &str) -> Panel {
+        Panel {
+            title: title.to_owned(),
+            series: [1, 2, 3].map(|k| Series {
+                name: format!("{title} {k}"),
+                bins: vec![
+                    Bin {
+                        samples: 10 * k,
+                        probability: 0.1,
+                        stable: 0.2,
+                    };
+                    k
+                ],
+            }),
+        }
+    }
+
+    #[test]
+    fn every_bin_has_its_dot_and_every_line_its_name() {
+        let svg = svg("reliability", &[panel("left"), panel("right")]).unwrap();
+        // Six bins and three legend entries in each panel.
+        assert_eq!(svg.matches("<circle").count(), 2 * (6 + 3));
+        for text in ["reliability", "left 1", "right 3", "share that is stable"] {
+            assert!(svg.contains(&format!("\n{text}\n")), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_dots_area_grows_with_its_samples_and_no_dot_is_lost() {
+        assert_eq!(radius(0, 100), 4);
+        assert_eq!(radius(100, 100), 32);
+        assert_eq!(radius(25, 100), 18);
+    }
+}

@@ -1,0 +1,77 @@
+//! `footfall attitude` from outside: what it prints and what it refuses.
+
+mod common;
+
+use common::{AXES, Bench};
+
+/// A sensor that lies level for two seconds while the truth, from the second on that counts, leans
+/// by 2 · asin(0.01) about x.
+fn leaning(movement: &str) -> String {
+    let rows: String = (0..200)
+        .map(|k| {
+            let truth = if k < 100 { ",,," } else { "0.99995,0.01,0,0" };
+            format!(
+                "{:.2},0,0,9.81,0,0,0,{truth},{movement}\n",
+                f64::from(k) * 0.01
+            )
+        })
+        .collect();
+    format!("t,{AXES},qw,qx,qy,qz,movement\n{rows}")
+}
+
+#[test]
+fn each_recording_and_the_mean_are_scored() {
+    let bench = Bench::with("level.csv", leaning("1"));
+    let text = bench.stdout("attitude level.csv");
+    assert!(text.contains("level   1.146   1.146\n"), "{text}");
+    let markdown = bench.stdout("attitude level.csv level.csv --markdown");
+    assert!(markdown.ends_with("| level | 1.15° | 1.15° |\n| mean | 1.15° | 1.15° |\n"));
+    let json: serde_json::Value =
+        serde_json::from_str(&bench.stdout("attitude level.csv --json")).expect("JSON");
+    assert_eq!(json["recordings"][0]["scored_samples"], 100);
+    assert!((json["mean_rms_deg"].as_f64().expect("a number") - 1.146).abs() < 0.001);
+}
+
+#[test]
+fn a_configuration_changes_the_filter() {
+    let bench = Bench::with("level.csv", leaning("1"));
+    std::fs::write(bench.path("wrong.toml"), "[attitude]\nquiet_gain = 0.5\n").expect("a file");
+    let error = bench.error("attitude level.csv --config wrong.toml");
+    assert!(error.contains("attitude.quiet_gain is 0.5"), "{error}");
+}
+
+#[test]
+fn what_has_no_truth_is_refused_with_what_is_missing() {
+    let bench = Bench::with("plain.csv", common::standing());
+    assert_eq!(
+        bench.error("attitude plain.csv"),
+        "footfall: plain.csv, line 1: missing in the header: qw, qx, qy, qz\n"
+    );
+    let bench = Bench::with("unmoved.csv", leaning("0"));
+    assert!(
+        bench
+            .error("attitude unmoved.csv")
+            .contains("no row has an orientation that counts")
+    );
+    let bench = Bench::with("wrong.csv", leaning("2"));
+    assert!(bench.error("attitude wrong.csv").starts_with(
+        "footfall: wrong.csv, line 2, column 12 (movement): 2 where 0 (does not count) or 1 (counts) is expected"
+    ));
+    let bench = Bench::with("long.csv", leaning("1").replace("0.99995", "1.99995"));
+    assert!(bench.error("attitude long.csv").contains(
+        "line 102, column 8 (qw): 1.99995 where the first of a quaternion of length 1 is expected"
+    ));
+    let bench = Bench::with("part.csv", leaning("1").replace("0.99995,0.01", "0.99995,"));
+    assert!(
+        bench
+            .error("attitude part.csv")
+            .contains("column 9 (qx): blank")
+    );
+}
+
+#[test]
+fn a_replay_does_not_see_the_truth() {
+    let bench = Bench::with("level.csv", leaning("1"));
+    let output = bench.run("replay level.csv");
+    assert!(common::text(&output.stderr).contains("ignored columns: qw, qx, qy, qz, movement"));
+}

@@ -1,0 +1,166 @@
+//! `footfall calibrate` from outside: what it prints, writes and refuses.
+
+mod common;
+
+use std::fs;
+
+use common::{AXES, Bench, read};
+use footfall::config::Overrides;
+use footfall::gait::{GaitName, Ground, Plan, SensorParams, record};
+use footfall::output::write_recording;
+
+fn csv(gait: GaitName, seconds: f64) -> Vec<u8> {
+    let plan = Plan::steady(gait, Ground::Hard, seconds, 3);
+    let recording = record(&plan, &SensorParams::LSM6DSOX, 3);
+    let mut bytes = Vec::new();
+    write_recording(&recording.samples, &mut bytes).expect("memory is enough");
+    bytes
+}
+
+/// A sensor in g times `unit` that lies still on some of its six sides, two seconds each.
+fn lying(sides: usize, unit: f64) -> String {
+    let mut rows = String::new();
+    for k in 0..sides * 200 {
+        let side = k / 200;
+        let mut force = [0.1, -0.05, 0.08];
+        force[side / 2] += unit * if side % 2 == 0 { 1.0 } else { -1.0 };
+        let [x, y, z] = force;
+        rows += &format!("{:.2},{x},{y},{z},0.01,0,-0.02\n", k as f64 * 0.01);
+    }
+    format!("t,{AXES}\n{rows}")
+}
+
+#[test]
+fn what_is_found_is_reported_drawn_and_accepted_by_a_replay() {
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
+    let report = bench.stdout("calibrate walk.csv --output robot.toml --plot axes.svg");
+    assert!(report.contains("usable steps (walk 11)"), "{report}");
+    for axis in ["ax", "ay", "az", "wx", "wy", "wz"] {
+        assert!(report.contains(&format!("\n{axis} ")), "{report}");
+    }
+    assert!(report.ends_with("written  robot.toml\nwritten  axes.svg\n"));
+    assert!(read(&bench.path("axes.svg")).contains("mid-stance of 11 steps"));
+    let found = Overrides::read(&bench.path("robot.toml")).expect("a configuration");
+    let mut params = estimator_core::Params::DEFAULT;
+    found.apply(&mut params);
+    let json: serde_json::Value =
+        serde_json::from_str(&bench.stdout("calibrate walk.csv --json")).expect("JSON");
+    for (axis, half_width) in params.half_width.to_array().into_iter().enumerate() {
+        let reported = json["axes"][axis]["half_width"].as_f64().expect("a number");
+        assert_eq!(reported as f32, half_width);
+    }
+    bench.stdout("replay walk.csv --config robot.toml");
+}
+
+#[test]
+fn several_recordings_are_pooled() {
+    let bench = Bench::with("one.csv", csv(GaitName::Walk, 6.0));
+    fs::write(bench.path("two.csv"), csv(GaitName::Walk, 7.0)).expect("a file");
+    let error = bench.error("calibrate one.csv");
+    assert!(
+        error.contains("4 usable steps (one 4) where 6 are needed"),
+        "{error}"
+    );
+    let report = bench.stdout("calibrate one.csv two.csv");
+    assert!(report.contains("usable steps (one 4, two 5)"), "{report}");
+}
+
+#[test]
+fn too_few_steps_are_said_to_be_so_with_what_may_be_the_matter() {
+    let bench = Bench::with("stand.csv", csv(GaitName::Stand, 12.0));
+    let error = bench.error("calibrate stand.csv --output robot.toml");
+    assert!(
+        error.contains("0 usable steps (stand 0) where 6 are needed"),
+        "{error}"
+    );
+    assert!(error.contains("the foot never swung"), "{error}");
+    assert_eq!(bench.files(), ["stand.csv"]);
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
+    let error = bench.error("calibrate walk.csv --gravity removed");
+    assert!(
+        error.contains("hardly a sample is as quiet as that"),
+        "{error}"
+    );
+    fs::write(bench.path("load.toml"), "[load]\non_threshold = 5000.0\n").expect("a file");
+    let error = bench.error("calibrate walk.csv --config load.toml");
+    assert!(
+        error.contains("the load never passes load.on_threshold, 5000"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_configuration_is_kept_and_what_is_found_replaces_what_it_says() {
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
+    fs::write(
+        bench.path("robot.toml"),
+        "window = '40ms'\n[half_width]\nacceleration_m_s2 = 7.0\n[load]\non_threshold = 20.0\n",
+    )
+    .expect("a file");
+    fs::write(bench.path("rests.csv"), lying(6, 9.81)).expect("a file");
+    bench.stdout("calibrate walk.csv --config robot.toml --output robot.toml");
+    bench.stdout("calibrate rests.csv --rests --config robot.toml --output robot.toml");
+    let text = read(&bench.path("robot.toml"));
+    let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
+    assert_eq!(overrides.load.on_threshold, Some(20.0));
+    let mut params = estimator_core::Params::DEFAULT;
+    overrides.apply(&mut params);
+    assert!(
+        params
+            .half_width
+            .to_array()
+            .iter()
+            .all(|half_width| *half_width < 2.0)
+    );
+    assert_eq!(params.window, estimator_core::WindowLength::Duration(0.04));
+    let corrected = overrides.correction("robot.toml").expect("a sensor");
+    assert!((corrected.bias[0] - 0.1).abs() < 1e-3, "{text}");
+    // A second time, what was found before is not found in addition.
+    bench.stdout("calibrate rests.csv --rests --config robot.toml --output again.toml");
+    assert_eq!(read(&bench.path("again.toml")), text);
+}
+
+#[test]
+fn a_replay_puts_readings_right() {
+    let bench = Bench::with("rests.csv", lying(6, 9.81));
+    let report = bench.stdout("calibrate --rests rests.csv --output robot.toml");
+    assert!(report.contains("6 rests in 6 orientations"), "{report}");
+    let residual = |config: &str| -> f64 {
+        bench.stdout(&format!("replay rests.csv --output out.csv {config}"));
+        let table = read(&bench.path("out.csv"));
+        let last: Vec<&str> = table.lines().last().expect("rows").split(',').collect();
+        last[14..17]
+            .iter()
+            .map(|cell| cell.parse::<f64>().expect("a number").abs())
+            .sum()
+    };
+    let (as_read, corrected) = (residual(""), residual("--config robot.toml"));
+    assert!(as_read > 0.05 && corrected < 0.01, "{as_read}, {corrected}");
+}
+
+#[test]
+fn rests_that_do_not_tell_are_refused() {
+    let bench = Bench::with("four.csv", lying(4, 9.81));
+    assert!(bench.error("calibrate --rests four.csv").contains(
+        "4 rests in 4 orientations, 6 orientations are needed: lay the sensor still for two seconds on each of its six sides"
+    ));
+    assert!(
+        bench
+            .error("calibrate --rests four.csv --gravity removed")
+            .contains("gravity has been removed")
+    );
+    let bench = Bench::with("in_g.csv", lying(6, 1.0));
+    assert!(
+        bench
+            .error("calibrate --rests in_g.csv")
+            .contains("accelerations are in m/s²")
+    );
+}
+
+#[test]
+fn results_do_not_go_over_any_recording() {
+    let bench = Bench::with("one.csv", lying(6, 9.81));
+    fs::write(bench.path("two.csv"), lying(6, 9.81)).expect("a file");
+    let error = bench.error("calibrate --rests one.csv two.csv --output two.csv");
+    assert!(error.contains("it is the recording itself"), "{error}");
+}

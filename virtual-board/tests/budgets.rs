@@ -1,0 +1,150 @@
+//! What the product may cost, measured on the very ELF that is flashed.
+
+mod common;
+
+use std::path::Path;
+
+use common::product;
+use host_tests::committed::assert_block;
+use serde_json::Value;
+use virtual_board::board::{Board, BoardOptions};
+use virtual_board::part::can::Frame;
+use virtual_board::report::{self, Run};
+use virtual_board::{motion, streams, time};
+
+/// How long a run is measured, ms; the first half second of it is for settling.
+const MEASURED: u64 = 3_500;
+
+/// A budget: what it is about, what is measured, where in the report that stands, and the most that
+/// it may be.
+struct Budget {
+    what: &'static str,
+    value: fn(&Value) -> Option<f64>,
+    most: f64,
+    unit: &'static str,
+}
+
+const BUDGETS: [Budget; 6] = [
+    Budget {
+        what: "tick, median",
+        value: |report| report["instructions_per_tick"]["median"].as_f64(),
+        most: 8_000.0,
+        unit: "instructions",
+    },
+    Budget {
+        what: "estimator alone, median",
+        value: |report| report["estimator_instructions"]["median"].as_f64(),
+        most: 2_500.0,
+        unit: "instructions",
+    },
+    Budget {
+        what: "data-ready edge to CAN mailbox, median",
+        value: |report| report["drdy_to_can_us"]["median"].as_f64(),
+        most: 60.0,
+        unit: "µs, estimated",
+    },
+    Budget {
+        what: "data-ready edge to CAN mailbox, longest",
+        value: |report| report["drdy_to_can_us"]["max"].as_f64(),
+        most: 60.0,
+        unit: "µs, estimated",
+    },
+    Budget {
+        what: "processor load",
+        value: |report| report["cpu_load_percent"].as_f64(),
+        most: 10.0,
+        unit: "%, estimated",
+    },
+    Budget {
+        what: "late ticks",
+        value: |report| report["late_ticks"].as_f64(),
+        most: 0.0,
+        unit: "",
+    },
+];
+
+/// A walk with everything sent that the board can send: on CAN all seven process data objects, the
+/// contact each tick, acceleration, rate, attitude and axes each 20 ms, health each 100 ms, bias
+/// each second, and the heartbeat; over the serial line at 1 Mbaud contact and raw sample each tick
+/// and health each 10 ms, which takes 89 % of it.
+fn with_all_streams(elf: &[u8]) -> Value {
+    let gait = motion::gait(footfall::gait::GaitName::Walk, 4.0, 1);
+    let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
+    streams::turn_all_on(&mut board).expect("it runs");
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("budgets");
+    let run = Run {
+        milliseconds: MEASURED,
+        ..Run::default()
+    };
+    report::run(&mut board, &run, &out).expect("it runs")
+}
+
+fn table(report: &Value) -> String {
+    let mut table =
+        String::from("| with all streams on | measured | budget | |\n|---|---|---|---|\n");
+    for budget in &BUDGETS {
+        let measured = (budget.value)(report).expect("it is measured");
+        // Counts are exact, the rest is an estimate.
+        let digits = usize::from(measured.fract() != 0.0);
+        table += &format!(
+            "| {} | {measured:.digits$} | {} | {} |\n",
+            budget.what, budget.most, budget.unit
+        );
+    }
+    table
+}
+
+#[test]
+fn with_all_streams_on_the_product_keeps_its_budgets_and_the_readme_has_them() {
+    let Some(elf) = product() else { return };
+    let report = with_all_streams(&elf);
+    println!("{}", table(&report));
+    // That everything really is on, and gets out.
+    let frames = report["uart_frames"].as_u64().expect("a count");
+    assert!(frames > 2 * MEASURED + MEASURED / 10, "{report:#}");
+    assert_eq!(report["drops"]["uart"], 0, "{report:#}");
+    assert_eq!(report["drops"]["can"], 0, "{report:#}");
+    assert_eq!(report["parity_mismatches"], 0, "{report:#}");
+    for budget in &BUDGETS {
+        let measured = (budget.value)(&report).expect("it is measured");
+        assert!(
+            measured <= budget.most,
+            "{}: {measured} {}, {} are allowed",
+            budget.what,
+            budget.unit,
+            budget.most
+        );
+    }
+    assert_block("virtual-board/README.md", "budgets", &table(&report));
+}
+
+#[test]
+fn a_flood_of_requests_delays_no_estimate_by_more_than_three_frames() {
+    const MILLISECOND: u64 = time::PER_SECOND / 1000;
+    const ESTIMATE: u32 = 0x191;
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    board.run_for(1_000 * MILLISECOND).expect("it runs");
+    board.take_can();
+    // A SYNC and a question for the identity, one after the other without a pause.
+    for _ in 0..3_000 {
+        board.push_can(Frame::new(0x080, &[]));
+        board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+    }
+    board.run_for(300 * MILLISECOND).expect("it runs");
+    let sent = board.take_can();
+    let answers = sent.iter().filter(|sent| sent.frame.id == 0x591).count();
+    assert!(answers > 500, "{answers} answers are no flood");
+    let times: Vec<u64> = sent
+        .iter()
+        .filter(|sent| sent.frame.id == ESTIMATE)
+        .map(|sent| sent.time)
+        .collect();
+    assert!(times.len() >= 299, "{} estimates in 300 ms", times.len());
+    // What was on the bus already, a SYNC, and its own: 135 bits each at the most.
+    let longest = times.windows(2).map(|pair| pair[1] - pair[0]).max();
+    let longest = time::to_us(longest.expect("estimates"));
+    println!("{answers} answers; at most {longest:.0} µs from an estimate to the next");
+    assert!(longest < 1_000.0 + 3.0 * 135.0, "{longest} µs");
+    assert_eq!(board.resets(), []);
+}

@@ -1,0 +1,63 @@
+//! New rates take effect with the next reset of the communication.
+
+mod common;
+
+use common::product;
+use virtual_board::board::Board;
+use virtual_board::part::usart::TimedByte;
+use virtual_board::time::PER_SECOND;
+use wire::dictionary::{SIGNATURE_STORE, index};
+use wire::node::Command;
+use wire::uart::{ConfigSet, Decoder, Message, NmtRequest, encode};
+use wire::{Address, Value};
+
+const MILLISECOND: u64 = PER_SECOND / 1000;
+
+/// Asks over the serial line, and waits for the frames of the next 100 ms.
+fn ask(board: &mut Board, message: &Message) -> Vec<TimedByte> {
+    board.take_uart();
+    board.push_uart(encode(0, message).as_bytes());
+    board.run_for(100 * MILLISECOND).expect("it runs");
+    board.take_uart()
+}
+
+fn set(object: u16, subindex: u8, value: Value) -> Message {
+    Message::ConfigSet(ConfigSet {
+        address: Address::new(object, subindex),
+        value: value.into(),
+    })
+}
+
+/// The shortest time from one byte to the next, µs.
+fn micros_a_byte(bytes: &[TimedByte]) -> f64 {
+    let gaps = bytes.windows(2).map(|pair| pair[1].time - pair[0].time);
+    virtual_board::time::to_us(gaps.min().expect("bytes"))
+}
+
+#[test]
+fn a_stored_rate_of_the_serial_line_counts_from_the_next_reset_of_the_communication() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    board.run_for(300 * MILLISECOND).expect("it runs");
+    let nmt = |command| Message::Nmt(NmtRequest(command));
+    ask(&mut board, &nmt(Command::EnterPreOperational));
+    ask(&mut board, &set(index::UART_RATE, 0, Value::U32(500_000)));
+    let before = ask(
+        &mut board,
+        &set(index::STORE, 1, Value::U32(SIGNATURE_STORE)),
+    );
+    assert!((micros_a_byte(&before) - 10.0).abs() < 0.2);
+    board.run_for(3_000 * MILLISECOND).expect("it runs");
+    ask(&mut board, &nmt(Command::ResetCommunication));
+    board.run_for(100 * MILLISECOND).expect("it runs");
+    let after = board.take_uart();
+    assert!((micros_a_byte(&after) - 20.0).abs() < 0.2);
+    // And what is said at the new rate is sound.
+    let mut decoder = Decoder::default();
+    let frames = after
+        .iter()
+        .filter_map(|sent| decoder.push(sent.byte))
+        .filter(Result::is_ok)
+        .count();
+    assert!(frames >= 98, "{frames} frames in 100 ms");
+}

@@ -1,0 +1,62 @@
+//! Process data as of one tick. Most frames are due on few ticks, so what a tick leaves is the
+//! estimate, and a frame is made of it when it is due or when somebody reads one of its objects.
+
+use estimator_core::ContactEstimate;
+
+use crate::dictionary::Address;
+use crate::fault::Faults;
+use crate::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Pdo, Rate};
+
+/// All that process data are made of.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Snapshot {
+    /// There was a tick.
+    pub(super) is_taken: bool,
+    pub(super) estimate: ContactEstimate,
+    /// °C.
+    pub(super) temperature: f32,
+    pub(super) faults: Faults,
+    /// Frames dropped so far.
+    pub(super) dropped: u32,
+    pub(super) last_sync: LastSync,
+    /// Of the contact.
+    pub(super) sequence: u8,
+}
+
+impl Snapshot {
+    /// A frame's bytes.
+    pub(super) fn payload(&self, pdo: Pdo) -> [u8; 8] {
+        let (estimate, faults) = (&self.estimate, self.faults);
+        match pdo {
+            Pdo::Contact => Contact::new(estimate, self.sequence, faults).encode(),
+            Pdo::Axes => Axes::new(estimate, faults).encode(),
+            Pdo::Attitude => Attitude::new(estimate, faults).encode(),
+            Pdo::Acceleration => Acceleration::new(estimate, faults).encode(),
+            Pdo::Rate => Rate::new(estimate, faults).encode(),
+            Pdo::Bias => Bias::new(estimate, self.temperature, faults).encode(),
+            Pdo::Health => {
+                let register = faults.register();
+                Health::new(estimate.flags, register, self.dropped, self.last_sync).encode()
+            }
+        }
+    }
+
+    /// What the PDO that maps `address` holds of it; all of it is 0 before the first tick.
+    pub(super) fn value(&self, address: Address) -> Option<u32> {
+        for pdo in Pdo::ALL {
+            let mut offset = 0;
+            for mapped in pdo.mapping() {
+                if mapped.address == address {
+                    let payload = if self.is_taken {
+                        self.payload(pdo)
+                    } else {
+                        [0; 8]
+                    };
+                    return Some((u64::from_le_bytes(payload) >> offset) as u32);
+                }
+                offset += mapped.bits;
+            }
+        }
+        None
+    }
+}

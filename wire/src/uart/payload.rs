@@ -1,0 +1,30 @@
+//! What can be made a frame of: a message, or by itself what is sent again and again. A message is
+//! as large as its largest kind, and moving it costs more than writing most of them.
+
+use super::{ContactMessage, HealthMessage, Kind, RawSample};
+use crate::bytes::Writer;
+
+/// The contents of a frame.
+pub trait Payload {
+    /// The type.
+    fn kind(&self) -> Kind;
+
+    /// Writes the payload.
+    fn write(&self, writer: &mut Writer<'_>);
+}
+
+macro_rules! payload {
+    ($($message:ident is $kind:ident),*) => {$(
+        impl Payload for $message {
+            fn kind(&self) -> Kind {
+                Kind::$kind
+            }
+
+            fn write(&self, writer: &mut Writer<'_>) {
+                self.write(writer);
+            }
+        }
+    )*};
+}
+
+payload!(ContactMessage is Contact, RawSample is Raw, HealthMessage is Health);
