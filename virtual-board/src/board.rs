@@ -6,12 +6,13 @@ use lsm6dsox::sim::{Fault as SensorFault, Motion, Part as Sensor, PartOptions, S
 
 use crate::chip::{Chip, ChipOptions, Transaction};
 use crate::core::cpu::{Cpu, State, UNTOUCHED};
+use crate::core::nvic::exception;
 use crate::elf::{ElfError, Image};
 use crate::failure::Failure;
 use crate::machine::{Counters, FaultNote, Machine};
 use crate::part::can::{BusFault, Frame, TimedFrame};
 use crate::part::rcc::ResetCause;
-use crate::part::usart::TimedByte;
+use crate::part::usart::{LineFault, TimedByte};
 
 /// Which serial line leads out: USART1.
 const CONSOLE: usize = 0;
@@ -31,6 +32,8 @@ pub struct BoardOptions {
     pub sensor: Option<PartOptions>,
     /// What the load sensor's voltage converts to.
     pub load: u16,
+    /// What TIM2 counts from when it is first started: as if it had run for so long already.
+    pub time_base: u32,
 }
 
 impl Default for BoardOptions {
@@ -39,6 +42,7 @@ impl Default for BoardOptions {
             chip: ChipOptions::default(),
             sensor: Some(PartOptions::default()),
             load: 0,
+            time_base: 0,
         }
     }
 }
@@ -63,6 +67,10 @@ pub enum Fault {
     Sensor(SensorFault),
     /// Of the CAN bus.
     Bus(BusFault),
+    /// Of the serial line.
+    Line(LineFault),
+    /// The crystal stops, and will not start again.
+    CrystalLost,
     /// The supply dips.
     BrownOut,
     /// Somebody presses reset.
@@ -75,7 +83,18 @@ pub enum Fault {
     Derail,
     /// The core hangs in an endless loop with interrupts masked.
     Hang,
-    /// Every fault of the sensor and of the bus goes.
+    /// The core jumps to the panic handler.
+    Panic,
+    /// The stack pointer comes to the stack's end.
+    StackOverflow,
+    /// An interrupt of this number is no longer enabled, as by a flipped bit: whoever waits for it
+    /// waits until the next reset.
+    Deaf(u16),
+    /// The pages with the settings are blank.
+    SettingsErased,
+    /// Bits have flipped all over the pages with the settings, where something was written.
+    SettingsDamaged,
+    /// Every fault of the sensor, of the bus, of the serial line and of the load sensor goes.
     Clear,
 }
 
@@ -83,6 +102,8 @@ pub enum Fault {
 pub struct Board {
     cpu: Cpu,
     image: Image,
+    /// What the load sensor's voltage converts to while all is well.
+    load: u16,
 }
 
 impl Board {
@@ -109,8 +130,13 @@ impl Board {
             .map(|options| Sensor::with_options(motion, options));
         let mut chip = Chip::new(options.chip, sensor);
         chip.adc.inputs[LOAD] = options.load;
+        chip.set_time_base(options.time_base);
         let cpu = Cpu::new(Machine::new(chip), &image.segments).map_err(ElfError)?;
-        Ok(Self { cpu, image })
+        Ok(Self {
+            cpu,
+            image,
+            load: options.load,
+        })
     }
 
     /// Virtual time since power-up, in units of [`time`](crate::time).
@@ -207,6 +233,18 @@ impl Board {
                 self.cpu.memory().write(start, &ENDLESS_LOOP.to_le_bytes());
                 return self.cpu.derail(start, true);
             }
+            Fault::Panic => return self.derail_to("rust_begin_unwind"),
+            Fault::StackOverflow => {
+                let end = self.image.symbol("_stack_end").unwrap_or(0x2000_0000);
+                return self.cpu.move_stack(end);
+            }
+            Fault::SettingsErased => return self.spoil_settings(|_, _| 0xFF),
+            Fault::SettingsDamaged => {
+                return self.spoil_settings(|place, byte| {
+                    let hit = place % 37 == 9 && byte != 0xFF;
+                    byte ^ u8::from(hit) << 2
+                });
+            }
             _ => {}
         }
         let mut machine = self.cpu.machine();
@@ -216,6 +254,7 @@ impl Board {
                 machine.chip.with_sensor(now, |sensor| sensor.inject(fault));
             }
             Fault::Bus(fault) => machine.chip.can.set_fault(fault),
+            Fault::CrystalLost => machine.lose_crystal(),
             Fault::BrownOut => machine.chip.request_reset(ResetCause::BrownOut),
             Fault::Reset => machine.chip.request_reset(ResetCause::Pin),
             Fault::CutInFlash(operations) => {
@@ -223,13 +262,49 @@ impl Board {
                 machine.chip.flash.cut_at = Some(done + operations);
             }
             Fault::Load(code) => machine.chip.adc.inputs[LOAD] = code,
-            Fault::Derail | Fault::Hang => {}
+            Fault::Line(fault) => {
+                let pclk = machine.chip.usart_clock(CONSOLE);
+                machine.chip.usarts[CONSOLE].set_fault(fault, now, pclk);
+            }
+            Fault::Deaf(interrupt) => machine.nvic.disable(exception::INTERRUPT + interrupt),
+            Fault::Derail
+            | Fault::Hang
+            | Fault::Panic
+            | Fault::StackOverflow
+            | Fault::SettingsErased
+            | Fault::SettingsDamaged => {}
             Fault::Clear => {
+                let pclk = machine.chip.usart_clock(CONSOLE);
+                machine.chip.usarts[CONSOLE].set_fault(LineFault::None, now, pclk);
                 machine.chip.with_sensor(now, Sensor::clear_faults);
                 machine.chip.can.set_fault(BusFault::None);
+                machine.chip.adc.inputs[LOAD] = self.load;
             }
         }
         machine.wake();
+    }
+
+    /// The core goes on in a function.
+    fn derail_to(&mut self, name: &str) {
+        let functions = &self.image.functions;
+        let function = functions.iter().find(|(.., known)| known.contains(name));
+        if let Some(&(start, ..)) = function {
+            self.cpu.derail(start, false);
+        }
+    }
+
+    /// Changes the pages with the settings, byte by byte.
+    fn spoil_settings(&mut self, change: impl Fn(usize, u8) -> u8) {
+        let ends = ["_config_start", "_config_end"].map(|name| self.image.symbol(name));
+        let [Some(start), Some(end)] = ends else {
+            return;
+        };
+        if let Some(mut bytes) = self.memory(start, end.saturating_sub(start) as usize) {
+            for (place, byte) in bytes.iter_mut().enumerate() {
+                *byte = change(place, *byte);
+            }
+            self.cpu.memory().write(start, &bytes);
+        }
     }
 
     /// Instructions, cycles and time so far.

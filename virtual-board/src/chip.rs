@@ -104,6 +104,15 @@ const PLACES: [Place; 30] = [
 ];
 
 const TIMER_INTERRUPTS: [u16; 4] = [28, 29, 30, 50];
+/// Which of these timers each of them has as its internal triggers 0 to 3; the others are not
+/// modelled (RM0090, table 98).
+const TRIGGERS: [[Option<usize>; 4]; 4] = [
+    [None, None, Some(1), Some(2)],
+    [None, Some(0), Some(3), Some(2)],
+    [None, Some(0), Some(1), None],
+    [Some(0), Some(1), Some(2), None],
+];
+
 const SPI_INTERRUPTS: [u16; 3] = [35, 36, 51];
 const USART_INTERRUPTS: [u16; 4] = [37, 38, 39, 71];
 const CAN_INTERRUPTS: [u16; 4] = [19, 20, 21, 22];
@@ -251,6 +260,11 @@ impl Chip {
         }
     }
 
+    /// What TIM2 counts from when it is first started.
+    pub const fn set_time_base(&mut self, count: u32) {
+        self.timers[0].head_start = count;
+    }
+
     /// The cycle of the core's clock.
     #[must_use]
     pub const fn period(&self) -> u64 {
@@ -380,7 +394,7 @@ impl Chip {
             if due > now {
                 return Ok(());
             }
-            if self.next_event() == due && self.reset_cause.is_some() {
+            if self.reset_cause.is_some() && self.next_event() == due {
                 return Ok(());
             }
         }
@@ -489,10 +503,23 @@ impl Chip {
         self.exti.edge(0, 0, high);
         // PA0 is channel 1 of TIM2 as its alternate function 1, of TIM5 as 2.
         if port.mode(0) == 2 {
-            match port.function(0) {
-                1 => self.timers[0].edge(0, high, now),
-                2 => self.timers[3].edge(0, high, now),
-                _ => {}
+            let captured = match port.function(0) {
+                1 if self.timers[0].edge(0, high, now) => Some(0),
+                2 if self.timers[3].edge(0, high, now) => Some(3),
+                _ => None,
+            };
+            if let Some(master) = captured {
+                self.pulse(master);
+            }
+        }
+    }
+
+    /// A timer's trigger output has a pulse.
+    fn pulse(&mut self, master: usize) {
+        for (timer, triggers) in self.timers.iter_mut().zip(TRIGGERS) {
+            let input = timer.counts_trigger().map(|input| triggers[input as usize]);
+            if input == Some(Some(master)) {
+                timer.trigger();
             }
         }
     }
@@ -753,12 +780,8 @@ impl Chip {
         let before = self.rcc.clocks();
         self.rcc
             .write(offset, value, now, self.flash.wait_states())?;
-        let clocks = self.rcc.clocks();
-        if clocks != before {
-            for timer in &mut self.timers {
-                timer.set_period(now, cycle(clocks.timers1));
-            }
-            self.can.set_clock(clocks.pclk1);
+        if self.rcc.clocks() != before {
+            self.follow_clocks(now);
         }
         // Reset registers lie 0x20 below the enables.
         if matches!(offset, 0x10 | 0x20 | 0x24) {
@@ -772,6 +795,24 @@ impl Chip {
             }
         }
         Ok(())
+    }
+
+    fn follow_clocks(&mut self, now: u64) {
+        let clocks = self.rcc.clocks();
+        for timer in &mut self.timers {
+            timer.set_period(now, cycle(clocks.timers1));
+        }
+        self.can.set_clock(clocks.pclk1);
+    }
+
+    /// The crystal stops: whether an NMI is due.
+    ///
+    /// # Errors
+    /// Where nobody watches it.
+    pub(crate) fn lose_crystal(&mut self, now: u64) -> Result<bool, String> {
+        let watched = self.rcc.lose_crystal(now, self.flash.wait_states())?;
+        self.follow_clocks(now);
+        Ok(watched)
     }
 
     fn reset_part(&mut self, part: Part, now: u64) {

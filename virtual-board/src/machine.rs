@@ -376,6 +376,16 @@ impl Machine {
         self.deadline = self.systick.next_event().min(self.chip.next_event());
     }
 
+    /// The crystal stops.
+    pub(crate) fn lose_crystal(&mut self) {
+        match self.chip.lose_crystal(self.now) {
+            Ok(true) => self.nvic.pend(exception::NMI),
+            Ok(false) => {}
+            Err(what) => self.fail(0, None, what),
+        }
+        self.after_chip();
+    }
+
     /// Somebody outside has touched the chip: what is next may be earlier.
     pub fn wake(&mut self) {
         self.deadline = self.now;

@@ -4,14 +4,15 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use footfall::gait::GaitName;
-use footfall::input::{Hints, Opened};
-use lsm6dsox::sim::Fault as SensorFault;
 use virtual_board::board::{Board, BoardOptions, Fault};
-use virtual_board::chip::ChipOptions;
-use virtual_board::part::can::BusFault;
+use virtual_board::recorded::{self, Layout};
+use virtual_board::report::Deed;
+use virtual_board::scenario::{self, Scenario, Step};
+use virtual_board::traffic::Traffic;
 use virtual_board::{motion, report, streams};
 
 /// Boots the very ELF that is flashed, on modelled peripherals, timing estimated.
@@ -36,18 +37,28 @@ struct RunArguments {
     /// A recording that the sensor feels, resampled by straight lines.
     #[arg(long, conflicts_with = "gait")]
     input: Option<PathBuf>,
+    /// How the recording is laid out, where it has no header that tells.
+    #[arg(long, requires = "input")]
+    layout: Option<Layout>,
+    /// Seconds of the recording that are left out at its beginning.
+    #[arg(long, requires = "input", default_value_t = 0.0)]
+    skip: f64,
     /// A simulated gait that the sensor feels: stand, walk, trot or run.
     #[arg(long, default_value = "walk")]
     gait: GaitName,
     /// Virtual time to run for; of a recording its length.
     #[arg(long)]
     seconds: Option<f64>,
-    /// What goes wrong, and when in ms: NAME@MS; the name `help` lists all.
+    /// What goes wrong, and when in ms: NAME@MS, or NAME:VARIANT@MS; `clear` ends what can end.
+    /// The name `help` lists all.
     #[arg(long = "fault", value_parser = fault)]
-    faults: Vec<(String, Option<Fault>, u64)>,
+    faults: Vec<Planned>,
     /// The gait's and the sensor's seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Everything on: raw samples too, three more feet on the bus, and questions over both lines.
+    #[arg(long)]
+    full_load: bool,
     /// Where to write.
     #[arg(long)]
     out: PathBuf,
@@ -60,57 +71,65 @@ struct RunArguments {
     profile: Option<PathBuf>,
 }
 
-/// Faults by name. `None` is one of the board's making, in force from the start.
-fn faults() -> Vec<(&'static str, Option<Fault>)> {
-    use SensorFault as S;
-    vec![
-        ("miso-low", Some(Fault::Sensor(S::MisoStuckLow))),
-        ("miso-high", Some(Fault::Sensor(S::MisoStuckHigh))),
-        (
-            "bit-flips",
-            Some(Fault::Sensor(S::BitFlips { per_million: 1000 })),
-        ),
-        ("wrong-id", Some(Fault::Sensor(S::WrongId(0x6B)))),
-        ("sensor-reset", Some(Fault::Sensor(S::Reset))),
-        ("data-ready-lost", Some(Fault::Sensor(S::DataReadyLost))),
-        (
-            "data-ready-storm",
-            Some(Fault::Sensor(S::DataReadyStorm { period_ns: 10_000 })),
-        ),
-        ("frozen", Some(Fault::Sensor(S::FrozenOutput))),
-        ("saturated", Some(Fault::Sensor(S::Saturation))),
-        ("clock-fast", Some(Fault::Sensor(S::ClockRatio(1.05)))),
-        ("clock-slow", Some(Fault::Sensor(S::ClockRatio(0.95)))),
-        ("no-acknowledge", Some(Fault::Bus(BusFault::NoAcknowledge))),
-        ("bus-shorted", Some(Fault::Bus(BusFault::Shorted))),
-        ("bus-saturated", Some(Fault::Bus(BusFault::Saturated))),
-        ("brown-out", Some(Fault::BrownOut)),
-        ("reset", Some(Fault::Reset)),
-        ("power-cut-in-flash", Some(Fault::CutInFlash(1))),
-        ("hard-fault", Some(Fault::Derail)),
-        ("hang", Some(Fault::Hang)),
-        ("clear", Some(Fault::Clear)),
-        ("no-crystal", None),
-    ]
+/// A fault of the command line.
+#[derive(Clone)]
+struct Planned {
+    text: String,
+    /// `None` where everything that can end ends.
+    scenario: Option<&'static Scenario>,
+    variant: u64,
+    ms: u32,
 }
 
-fn fault(text: &str) -> Result<(String, Option<Fault>, u64), String> {
+/// Ends what can end.
+const CLEAR: &str = "clear";
+
+fn fault(text: &str) -> Result<Planned, String> {
     let names = || {
-        faults()
-            .iter()
-            .map(|(name, _)| *name)
-            .collect::<Vec<_>>()
-            .join(", ")
+        let names = scenario::ALL.iter().map(|scenario| scenario.name);
+        names.chain([CLEAR]).collect::<Vec<_>>().join(", ")
     };
     let Some((name, ms)) = text.split_once('@') else {
         return Err(format!("NAME@MS, the name one of {}", names()));
     };
     let ms = ms.parse().map_err(|_| format!("{ms} is no time in ms"))?;
-    faults()
-        .into_iter()
-        .find(|(known, _)| *known == name)
-        .map(|(known, fault)| (known.to_owned(), fault, ms))
-        .ok_or_else(|| format!("{name} is none of {}", names()))
+    let (name, variant) = match name.split_once(':') {
+        Some((name, variant)) => {
+            let number = variant.parse();
+            (
+                name,
+                Some(number.map_err(|_| format!("{variant} is no number"))?),
+            )
+        }
+        None => (name, None),
+    };
+    let scenario = Scenario::named(name);
+    if scenario.is_none() && name != CLEAR {
+        return Err(format!("{name} is none of {}", names()));
+    }
+    Ok(Planned {
+        text: text.to_owned(),
+        scenario,
+        variant: variant.unwrap_or_else(|| scenario.map_or(0, |found| found.variants.0)),
+        ms,
+    })
+}
+
+impl Planned {
+    /// What is done, and when, ms; what has to be so before comes before.
+    fn deeds(&self) -> Vec<Deed> {
+        let deed = |ms: u64, step: Step| Deed { ms, step };
+        let ms = u64::from(self.ms);
+        let Some(scenario) = self.scenario else {
+            return vec![deed(ms, Step::Wrong(Fault::Clear))];
+        };
+        let before = scenario.before.iter();
+        let before = before.map(|&step| deed(ms.min(scenario::BEFORE_MS), step));
+        let steps = (scenario.steps)(self.variant);
+        before
+            .chain(steps.into_iter().map(|step| deed(ms, step)))
+            .collect()
+    }
 }
 
 fn main() -> ExitCode {
@@ -134,17 +153,14 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     if let Some(sensor) = &mut options.sensor {
         sensor.seed = arguments.seed;
     }
-    if arguments
-        .faults
-        .iter()
-        .any(|(name, _, _)| name == "no-crystal")
-    {
-        options.chip = ChipOptions { crystal: None };
+    for planned in &arguments.faults {
+        if let Some(scenario) = planned.scenario {
+            (scenario.board)(&mut options, planned.ms.saturating_mul(1000));
+        }
     }
     let (mut board, seconds) = match &arguments.input {
         Some(input) => {
-            let loaded = Opened::new(input, None)?.read(&Hints::default())?;
-            let recording = motion::recording(&loaded.recording)?;
+            let recording = recorded::read(input, arguments.layout, arguments.skip)?;
             let seconds = arguments.seconds.unwrap_or(recording.duration());
             (Board::with_motion(&elf, options, recording)?, seconds)
         }
@@ -159,17 +175,29 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
         faults: arguments
             .faults
             .iter()
-            .filter_map(|(name, fault, ms)| Some((name.clone(), (*fault)?, *ms)))
+            .map(|planned| planned.text.clone())
             .collect(),
+        deeds: arguments.faults.iter().flat_map(Planned::deeds).collect(),
+        traffic: match arguments.full_load {
+            true => Traffic::Full,
+            false => Traffic::Own,
+        },
     };
     if arguments.all_streams {
         streams::turn_all_on(&mut board)?;
     }
+    let began = Instant::now();
     let report = report::run(&mut board, &run, &arguments.out)?;
     if let Some(file) = &arguments.profile {
         std::fs::write(file, report::profile(&board, run.milliseconds))?;
     }
     println!("{report:#}");
+    let took = began.elapsed().as_secs_f64();
+    let seconds = run.milliseconds as f64 / 1.0e3;
+    eprintln!(
+        "{seconds:.1} s in {took:.1} s: {:.1} times real time",
+        seconds / took
+    );
     Ok(())
 }
 
@@ -197,4 +225,33 @@ fn build() -> Result<PathBuf, String> {
         return Err("the firmware does not build".into());
     }
     Ok(directory.join(TARGET).join("release/foot"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_has_a_name_a_time_and_perhaps_a_variant() {
+        let planned = fault("power-cut:17@1000").expect("a fault");
+        assert_eq!((planned.variant, planned.ms), (17, 1000));
+        let deeds = planned.deeds();
+        let times: Vec<u64> = deeds.iter().map(|deed| deed.ms).collect();
+        assert_eq!(times, [300, 300, 300, 1000, 1000], "settings come first");
+        assert_eq!(
+            deeds.get(3).map(|deed| deed.step),
+            Some(Step::Wrong(Fault::CutInFlash(17)))
+        );
+        for text in ["frozen", "frozen@soon", "thawed@1000", "power-cut:x@1"] {
+            assert!(fault(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_row_of_the_matrix_is_a_fault_of_the_command_line() {
+        for row in scenario::ALL {
+            assert!(fault(&format!("{}@1000", row.name)).is_ok(), "{}", row.name);
+        }
+        assert!(fault("clear@1300").is_ok());
+    }
 }

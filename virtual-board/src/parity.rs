@@ -3,8 +3,10 @@
 //! The codes are taken from the sensor's bus, the times of the samples from the messages that the
 //! ELF sends over its serial line; the host's estimator runs over both.
 
+use std::collections::VecDeque;
+
 use estimator_core::{
-    ContactEstimate, ContactEstimator, ImuSample, Saturation, Timestamp, Validity,
+    ContactEstimate, ContactEstimator, ImuSample, ParamsError, Saturation, Timestamp, Validity,
 };
 use lsm6dsox::scale::{AccelFullScale, Codes, FullScale, GyroFullScale};
 use wire::pdo::{P8, P16};
@@ -48,6 +50,8 @@ pub struct Parity {
     pub can_compared: u64,
     /// Those that differ in any bit of a probability.
     pub can_mismatches: u64,
+    /// Frames of CAN of whose time there was no message on the serial line.
+    pub can_unknown: u64,
 }
 
 /// One sample as it went over the bus.
@@ -80,64 +84,157 @@ fn burst(transaction: &Transaction) -> Option<Burst> {
     })
 }
 
-/// Compares what was sent with what the host computes, for a board with its default settings
-/// and a sensor without faults; `frames` are those of CAN that hold an estimate.
-#[must_use]
-pub fn compare(
-    transactions: &[Transaction],
-    sent: &[SentContact],
-    frames: &[TimedFrame],
-) -> Parity {
-    let mut parity = Parity::default();
-    let bursts: Vec<Burst> = transactions.iter().filter_map(burst).collect();
-    let Some(offset) = clock_offset(&bursts, sent) else {
-        return parity;
-    };
-    let Ok(params) = Settings::default().params().validate() else {
-        return parity;
-    };
-    let mut estimator = ContactEstimator::<WINDOW_CAPACITY>::new(&params);
-    let mut next = bursts.iter().peekable();
-    let mut short = Vec::with_capacity(sent.len());
-    for SentContact { message, .. } in sent {
+/// Messages from whose times the board's clock is found, and how many of them, the last, are
+/// asked: those before may have waited for the line while the board started.
+const FOR_CLOCK: usize = 1000;
+const ASKED: usize = 200;
+
+/// What was sent may be ahead of what is known of the bus and of the serial line by so many.
+const LAG: usize = 32;
+
+/// Estimates that a frame of CAN may be behind.
+const FRAMES_LAG: usize = 1000;
+
+/// Compares what a board sends with what the host computes, as it comes: for a board with its
+/// default parameters and a sensor without faults.
+pub struct Comparison {
+    parity: Parity,
+    estimator: ContactEstimator<WINDOW_CAPACITY>,
+    /// How far the board's clock is behind the virtual one, µs, once it is known.
+    offset: Option<f64>,
+    bursts: VecDeque<Burst>,
+    contacts: VecDeque<SentContact>,
+    frames: VecDeque<TimedFrame>,
+    /// The estimates so far as CAN has them, as far back as a frame may be.
+    short: VecDeque<([u8; 2], [u8; 4])>,
+}
+
+impl Comparison {
+    /// Nothing compared yet.
+    ///
+    /// # Errors
+    /// What default parameters never cause.
+    pub fn new() -> Result<Self, ParamsError> {
+        let config = Settings::default().params().validate()?;
+        Ok(Self {
+            parity: Parity::default(),
+            estimator: ContactEstimator::new(&config),
+            offset: None,
+            bursts: VecDeque::new(),
+            contacts: VecDeque::new(),
+            frames: VecDeque::new(),
+            short: VecDeque::new(),
+        })
+    }
+
+    /// What went over the sensor's bus.
+    pub fn bus(&mut self, transactions: &[Transaction]) {
+        self.bursts.extend(transactions.iter().filter_map(burst));
+    }
+
+    /// A message that was sent over the serial line, in their order.
+    pub fn contact(&mut self, sent: SentContact) {
+        self.contacts.push_back(sent);
+        if self.offset.is_none() && self.contacts.len() >= FOR_CLOCK {
+            self.find_clock();
+        }
+        while self.offset.is_some() && self.contacts.len() > LAG {
+            self.compare_contact();
+        }
+    }
+
+    /// A frame of CAN with an estimate, in their order.
+    pub fn frame(&mut self, frame: TimedFrame) {
+        self.frames.push_back(frame);
+        while self.offset.is_some() && self.frames.len() > 2 * LAG {
+            self.compare_frame();
+        }
+    }
+
+    /// What it came to, once everything was sent.
+    #[must_use]
+    pub fn finish(mut self) -> Parity {
+        if self.offset.is_none() {
+            self.find_clock();
+        }
+        if self.offset.is_some() {
+            while !self.contacts.is_empty() {
+                self.compare_contact();
+            }
+            while !self.frames.is_empty() {
+                self.compare_frame();
+            }
+        }
+        self.parity
+    }
+
+    fn find_clock(&mut self) {
+        self.offset = clock_offset(
+            self.bursts.make_contiguous(),
+            self.contacts.make_contiguous(),
+        );
+    }
+
+    fn compare_contact(&mut self) {
+        let (Some(SentContact { message, .. }), Some(offset)) =
+            (self.contacts.pop_front(), self.offset)
+        else {
+            return;
+        };
         let at = message.timestamp.as_micros() as f64 + offset;
-        while next.next_if(|burst| burst.edge_us < at - 1.0).is_some() {}
-        let burst = next.next_if(|burst| burst.edge_us < at + 2.0);
+        while self
+            .bursts
+            .front()
+            .is_some_and(|burst| burst.edge_us < at - 1.0)
+        {
+            self.bursts.pop_front();
+        }
+        let burst = match self.bursts.front() {
+            Some(burst) if burst.edge_us < at + 2.0 => self.bursts.pop_front(),
+            _ => None,
+        };
         let sample = burst.map_or_else(
             || missing(message.timestamp),
-            |burst| sample(burst, message.timestamp),
+            |burst| sample(&burst, message.timestamp),
         );
-        let estimate = estimator.update(&sample, None);
-        let expected = expected(&estimate);
-        short.push(short_form(&estimate));
+        let estimate = self.estimator.update(&sample, None);
+        self.short.push_back(short_form(&estimate));
+        if self.short.len() > FRAMES_LAG + 2 * LAG {
+            self.short.pop_front();
+        }
+        let parity = &mut self.parity;
         parity.compared += 1;
         parity.measured += u64::from(burst.is_some());
-        if bits(&expected) != bits(message) {
+        if bits(&expected(&estimate)) != bits(&message) {
             parity.mismatches += 1;
             parity
                 .first_mismatch_us
                 .get_or_insert(message.timestamp.as_micros());
         }
     }
-    // Both are in order of time; a frame belongs to the next estimate of its short time.
-    let mut place = 0;
-    for TimedFrame { frame, .. } in frames {
+
+    /// A frame belongs to the next estimate of its short time; both are in order of time.
+    fn compare_frame(&mut self) {
+        let Some(TimedFrame { frame, .. }) = self.frames.pop_front() else {
+            return;
+        };
         let Ok(bytes) = <[u8; 8]>::try_from(frame.data.as_slice()) else {
-            continue;
+            return;
         };
-        let ahead = short.iter().skip(place).take(1000);
         let time = [bytes[4], bytes[5]];
-        let Some(found) = ahead.clone().position(|(at, _)| *at == time) else {
-            continue;
+        let found = self.short.iter().take(FRAMES_LAG);
+        let Some(place) = found.map(|(at, _)| *at).position(|at| at == time) else {
+            self.parity.can_unknown += 1;
+            return;
         };
-        place += found;
-        let same = short
-            .get(place)
+        self.short.drain(..place);
+        let same = self
+            .short
+            .front()
             .is_some_and(|(_, probabilities)| *probabilities == bytes[..4]);
-        parity.can_compared += 1;
-        parity.can_mismatches += u64::from(!same);
+        self.parity.can_compared += 1;
+        self.parity.can_mismatches += u64::from(!same);
     }
-    parity
 }
 
 /// Bytes 4 and 5 of the frame of CAN, the sample's time, and 0 to 3, its probabilities.
@@ -215,7 +312,7 @@ fn clock_offset(bursts: &[Burst], sent: &[SentContact]) -> Option<f64> {
     let offsets: Vec<f64> = sent
         .iter()
         .rev()
-        .take(200)
+        .take(ASKED)
         .filter_map(|sent| {
             let began = to_us(sent.began);
             let place = bursts.partition_point(|burst| burst.edge_us < began);

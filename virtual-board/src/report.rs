@@ -1,5 +1,7 @@
-//! A run with everything written down: bytes, frames, samples, a picture and numbers.
+//! A run with everything written down as it comes: bytes, frames, samples, a picture and numbers.
+//! What is kept of it does not grow with its length.
 
+use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -7,14 +9,18 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use wire::Counter;
+use wire::pdo::P16;
 use wire::uart::{ContactMessage, Decoder, HealthMessage, Message};
 
-use crate::board::{Board, Fault};
+use crate::board::Board;
 use crate::chip::Transaction;
-use crate::parity::{self, SentContact};
+use crate::parity::{self, Comparison, Parity, SentContact};
 use crate::part::can::TimedFrame;
 use crate::part::usart::TimedByte;
-use crate::time::{PER_SECOND, to_us};
+use crate::scenario::Step;
+use crate::spread::Spread;
+use crate::time::{PER_SECOND, to_ns, to_us};
+use crate::traffic::Traffic;
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
@@ -29,50 +35,34 @@ const ESTIMATE: u32 = 0x180;
 const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
 
 /// What a run is made of.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Run {
     /// How long it is, ms.
     pub milliseconds: u64,
-    /// What goes wrong, and when, ms.
-    pub faults: Vec<(String, Fault, u64)>,
+    /// What goes wrong, in words.
+    pub faults: Vec<String>,
+    /// What is done to the board.
+    pub deeds: Vec<Deed>,
+    /// What there is to do on its lines.
+    pub traffic: Traffic,
 }
 
-/// Smallest, median and largest.
-#[derive(Clone, Debug, Default)]
-struct Spread(Vec<f64>);
-
-impl Spread {
-    fn push(&mut self, value: f64) {
-        self.0.push(value);
-    }
-
-    fn sorted(&self) -> Vec<f64> {
-        let mut values = self.0.clone();
-        values.sort_by(f64::total_cmp);
-        values
-    }
-
-    fn three(&self) -> Value {
-        let values = self.sorted();
-        match (values.first(), values.get(values.len() / 2), values.last()) {
-            (Some(min), Some(median), Some(max)) => {
-                json!({ "min": min, "median": median, "max": max })
-            }
-            _ => Value::Null,
-        }
-    }
-
-    fn two(&self) -> Value {
-        let values = self.sorted();
-        match (values.get(values.len() / 2), values.last()) {
-            (Some(median), Some(max)) => json!({ "median": median, "max": max }),
-            _ => Value::Null,
-        }
-    }
+/// Something that is done to the board.
+#[derive(Clone, Debug)]
+pub struct Deed {
+    /// When, ms.
+    pub ms: u64,
+    /// What.
+    pub step: Step,
 }
+
+/// Points of the picture, at most.
+const POINTS: usize = 6000;
+
+/// Transactions with the sensor that an edge is looked for in.
+const RECENT: usize = 16;
 
 /// What is kept of a run.
-#[derive(Default)]
 struct Log {
     /// From when on it counts.
     settled: u64,
@@ -83,17 +73,49 @@ struct Log {
     to_uart: Spread,
     decoder: Decoder,
     frame_began: Option<u64>,
-    contacts: Vec<SentContact>,
-    estimates: Vec<TimedFrame>,
     health: Option<HealthMessage>,
-    transactions: Vec<Transaction>,
+    recent: VecDeque<Transaction>,
+    /// None where things go wrong on purpose.
+    comparison: Option<Comparison>,
+    curve: Curve,
+    contacts: u64,
     uart_frames: u64,
     can_frames: u64,
     emergencies: Vec<Value>,
+    samples: BufWriter<File>,
+    can_log: BufWriter<File>,
+}
+
+/// The probability of stable contact over time, thinned out where it gets too long.
+struct Curve {
+    every: u64,
+    points: Vec<(f64, f64)>,
+}
+
+impl Curve {
+    fn push(&mut self, place: u64, message: &ContactMessage) {
+        if place.is_multiple_of(self.every) {
+            let seconds = message.timestamp.as_micros() as f64 / 1.0e6;
+            self.points.push((seconds, part(message.stable)));
+        }
+        if self.points.len() >= POINTS {
+            let mut place = 0_usize;
+            self.points.retain(|_| {
+                place += 1;
+                place % 2 == 1
+            });
+            self.every *= 2;
+        }
+    }
+}
+
+/// A probability from its code.
+fn part(code: P16) -> f64 {
+    f64::from(code.0) / 65535.0
 }
 
 impl Log {
-    fn uart(&mut self, bytes: &[TimedByte]) {
+    fn uart(&mut self, bytes: &[TimedByte]) -> std::io::Result<()> {
         for &TimedByte { time, byte } in bytes {
             let began = *self.frame_began.get_or_insert(time);
             if byte == 0 {
@@ -104,28 +126,50 @@ impl Log {
             };
             self.uart_frames += 1;
             match frame.message {
-                Message::Contact(message) => self.contact(began, message),
+                Message::Contact(message) => self.contact(began, message)?,
                 Message::Health(message) => self.health = Some(message),
                 _ => {}
             }
         }
+        Ok(())
     }
 
-    fn contact(&mut self, began: u64, message: ContactMessage) {
+    fn contact(&mut self, began: u64, message: ContactMessage) -> std::io::Result<()> {
         if began > self.settled
             && let Some(edge) = self.edge_before(began)
         {
-            self.to_uart.push(to_us(began - edge));
+            self.to_uart.push(to_ns(began - edge));
         }
-        self.contacts.push(SentContact { began, message });
+        self.curve.push(self.contacts, &message);
+        self.contacts += 1;
+        if let Some(comparison) = &mut self.comparison {
+            comparison.contact(SentContact { began, message });
+        }
+        writeln!(
+            self.samples,
+            "{:.6},{:.6},{:.6},{:.6},{}",
+            message.timestamp.as_micros() as f64 / 1.0e6,
+            part(message.stable),
+            part(message.tangential),
+            part(message.vertical),
+            message.flags,
+        )
+    }
+
+    fn bus(&mut self, transactions: Vec<Transaction>) {
+        if let Some(comparison) = &mut self.comparison {
+            comparison.bus(&transactions);
+        }
+        self.recent.extend(transactions);
+        let old = self.recent.len().saturating_sub(RECENT);
+        self.recent.drain(..old);
     }
 
     /// The data-ready edge of the last sample read before a time.
     fn edge_before(&self, time: u64) -> Option<u64> {
-        self.transactions
+        self.recent
             .iter()
             .rev()
-            .take(8)
             .find(|transaction| transaction.start < time && parity::is_sample(transaction))?
             .edge
     }
@@ -136,33 +180,38 @@ impl Log {
                 && time > self.settled
                 && let Some(edge) = self.edge_before(time)
             {
-                self.to_can.push(to_us(time - edge));
+                self.to_can.push(to_ns(time - edge));
             }
         }
     }
 
-    fn can(&mut self, frames: &[TimedFrame], out: &mut impl Write) -> std::io::Result<()> {
-        for TimedFrame { time, frame } in frames {
+    fn can(&mut self, frames: Vec<TimedFrame>) -> std::io::Result<()> {
+        for sent in frames {
+            let TimedFrame { time, frame } = &sent;
             self.can_frames += 1;
-            if frame.id & !0x7F == ESTIMATE {
-                self.estimates.push(TimedFrame {
-                    time: *time,
-                    frame: frame.clone(),
-                });
-            }
             let data: String = frame.data.iter().fold(String::new(), |mut text, byte| {
                 // Writing to a string does not fail.
                 let _ = write!(text, "{byte:02X}");
                 text
             });
             let micros = to_us(*time);
-            writeln!(out, "({:.6}) can0 {:03X}#{data}", micros / 1.0e6, frame.id)?;
+            writeln!(
+                self.can_log,
+                "({:.6}) can0 {:03X}#{data}",
+                micros / 1.0e6,
+                frame.id
+            )?;
             if frame.id & !0x7F == EMERGENCY
                 && frame.id & 0x7F != 0
                 && self.emergencies.len() < 1000
             {
                 self.emergencies
                     .push(json!({ "ms": micros / 1.0e3, "data": data }));
+            }
+            if frame.id & !0x7F == ESTIMATE
+                && let Some(comparison) = &mut self.comparison
+            {
+                comparison.frame(sent);
             }
         }
         Ok(())
@@ -177,21 +226,45 @@ impl Log {
 pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn core::error::Error>> {
     std::fs::create_dir_all(out)?;
     let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
-    let (mut uart, mut can) = (create("uart.bin")?, create("can.log")?);
     let first = board.now().div_ceil(MILLISECOND);
+    let mut uart = create("uart.bin")?;
     let mut log = Log {
         settled: (first + SETTLING) * MILLISECOND,
-        ..Log::default()
+        instructions: Spread::default(),
+        estimator: Spread::default(),
+        cycles: Spread::default(),
+        to_can: Spread::default(),
+        to_uart: Spread::default(),
+        decoder: Decoder::default(),
+        frame_began: None,
+        health: None,
+        recent: VecDeque::new(),
+        comparison: match run.faults.is_empty() {
+            true => Some(Comparison::new()?),
+            false => None,
+        },
+        curve: Curve {
+            every: 1,
+            points: Vec::new(),
+        },
+        contacts: 0,
+        uart_frames: 0,
+        can_frames: 0,
+        emergencies: Vec::new(),
+        samples: create("samples.csv")?,
+        can_log: create("can.log")?,
     };
-    let mut faults = run.faults.clone();
-    faults.sort_by_key(|(_, _, ms)| *ms);
-    let mut faults = faults.into_iter().peekable();
+    writeln!(log.samples, "t,p_stable,p_tangential,p_vertical,flags")?;
+    let mut deeds = run.deeds.clone();
+    deeds.sort_by_key(|deed| deed.ms);
+    let mut deeds = deeds.into_iter().peekable();
     board.record_sensor_bus();
     let watched = board.watch_function(ESTIMATOR);
     let (mut last, mut last_watched) = (board.counters(), 0);
     for ms in 0..run.milliseconds {
-        while let Some((_, fault, _)) = faults.next_if(|(_, _, at)| *at <= ms) {
-            board.inject(fault);
+        run.traffic.act(board, first + ms);
+        while let Some(deed) = deeds.next_if(|deed| deed.ms <= first + ms) {
+            deed.step.act(board);
         }
         if ms == SETTLING {
             board.start_profile();
@@ -199,24 +272,24 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
         board.run_until((first + ms + 1) * MILLISECOND)?;
         let (now, now_watched) = (board.counters(), board.watched_instructions());
         if ms >= SETTLING {
-            log.instructions
-                .push((now.instructions - last.instructions) as f64);
-            log.cycles.push((now.cycles - last.cycles) as f64);
-            log.estimator.push((now_watched - last_watched) as f64);
+            log.instructions.push(now.instructions - last.instructions);
+            log.cycles.push(now.cycles - last.cycles);
+            log.estimator.push(now_watched - last_watched);
         }
         (last, last_watched) = (now, now_watched);
-        log.transactions.extend(board.take_transactions());
+        log.bus(board.take_transactions());
         let bytes = board.take_uart();
         uart.write_all(&bytes.iter().map(|sent| sent.byte).collect::<Vec<u8>>())?;
-        log.uart(&bytes);
+        log.uart(&bytes)?;
         log.requests(&board.take_can_requests());
-        log.can(&board.take_can(), &mut can)?;
+        log.can(board.take_can())?;
     }
     uart.flush()?;
-    can.flush()?;
-    samples(&log.contacts, create("samples.csv")?)?;
-    create("plot.svg")?.write_all(plot(&log.contacts).as_bytes())?;
-    let report = report(board, run, &log, watched);
+    log.can_log.flush()?;
+    log.samples.flush()?;
+    create("plot.svg")?.write_all(plot(&log.curve.points).as_bytes())?;
+    let parity = log.comparison.take().map(Comparison::finish);
+    let report = report(board, run, &log, parity, watched);
     create("report.json")?.write_all(format!("{report:#}\n").as_bytes())?;
     Ok(report)
 }
@@ -234,24 +307,15 @@ pub fn profile(board: &Board, milliseconds: u64) -> String {
     text
 }
 
-fn report(board: &mut Board, run: &Run, log: &Log, watched: bool) -> Value {
+fn report(board: &mut Board, run: &Run, log: &Log, parity: Option<Parity>, watched: bool) -> Value {
     let count = |counter: Counter| log.health.map(|health| health.counters.get(counter));
-    let parity = if run.faults.is_empty() {
-        Some(parity::compare(
-            &log.transactions,
-            &log.contacts,
-            &log.estimates,
-        ))
-    } else {
-        None
-    };
     let stack = match ["_stack_end", "_stack_start"].map(|name| board.image().symbol(name)) {
         [Some(low), Some(high)] => Some(board.stack_high_water(low, high)),
         _ => None,
     };
-    let cycles: f64 = log.cycles.0.iter().sum();
+    let cycles = log.cycles.sum() as f64;
     let hclk = f64::from(board.cpu().machine().chip.rcc.clocks().hclk);
-    let load = 100.0 * cycles / (hclk / 1.0e3 * log.cycles.0.len().max(1) as f64);
+    let load = 100.0 * cycles / (hclk / 1.0e3 * log.cycles.len().max(1) as f64);
     let resets: Vec<Value> = board
         .resets()
         .iter()
@@ -267,12 +331,12 @@ fn report(board: &mut Board, run: &Run, log: &Log, watched: bool) -> Value {
         "ticks": count(Counter::Ticks),
         "late_ticks": count(Counter::LateTicks),
         "missed_ticks": count(Counter::MissedSamples),
-        "instructions_per_tick": log.instructions.three(),
-        "estimator_instructions": watched.then(|| log.estimator.three()),
-        "estimated_cycles_per_tick": log.cycles.three(),
+        "instructions_per_tick": log.instructions.min_median_max(),
+        "estimator_instructions": watched.then(|| log.estimator.min_median_max()),
+        "estimated_cycles_per_tick": log.cycles.min_median_max(),
         "cpu_load_percent": load,
-        "drdy_to_can_us": log.to_can.two(),
-        "drdy_to_uart_us": log.to_uart.two(),
+        "drdy_to_can_us": log.to_can.median_max_us(),
+        "drdy_to_uart_us": log.to_uart.median_max_us(),
         "stack_high_water_bytes": stack,
         "uart_frames": log.uart_frames,
         "can_frames": log.can_frames,
@@ -285,40 +349,21 @@ fn report(board: &mut Board, run: &Run, log: &Log, watched: bool) -> Value {
             "can": parity.can_compared,
         })),
         "parity_mismatches": parity.map(|parity| parity.mismatches + parity.can_mismatches),
-        "faults": run.faults.iter().map(|(name, _, ms)| json!({ "name": name, "ms": ms })).collect::<Vec<_>>(),
+        "faults": run.faults,
         "emergencies": log.emergencies,
         "resets": resets,
         "core_faults": core_faults,
     })
 }
 
-fn samples(contacts: &[SentContact], mut out: impl Write) -> std::io::Result<()> {
-    writeln!(out, "t,p_stable,p_tangential,p_vertical,flags")?;
-    let part = |code: u16| f64::from(code) / 65535.0;
-    for SentContact { message, .. } in contacts {
-        writeln!(
-            out,
-            "{:.6},{:.6},{:.6},{:.6},{}",
-            message.timestamp.as_micros() as f64 / 1.0e6,
-            part(message.stable.0),
-            part(message.tangential.0),
-            part(message.vertical.0),
-            message.flags,
-        )?;
-    }
-    out.flush()
-}
-
 /// The probability of stable contact over time.
-fn plot(contacts: &[SentContact]) -> String {
+fn plot(curve: &[(f64, f64)]) -> String {
     let (width, height, left, top) = (900.0, 220.0, 50.0, 20.0);
-    let seconds = |sent: &SentContact| sent.message.timestamp.as_micros() as f64 / 1.0e6;
-    let end = contacts.last().map_or(1.0, seconds).max(1.0e-3);
-    let step = contacts.len().div_ceil(3000).max(1);
+    let end = curve.last().map_or(1.0, |point| point.0).max(1.0e-3);
     let mut points = String::new();
-    for sent in contacts.iter().step_by(step) {
-        let x = left + width * seconds(sent) / end;
-        let y = top + height * (1.0 - f64::from(sent.message.stable.0) / 65535.0);
+    for (seconds, probability) in curve {
+        let x = left + width * seconds / end;
+        let y = top + height * (1.0 - probability);
         // Writing to a string does not fail.
         let _ = write!(points, "{x:.1},{y:.1} ");
     }

@@ -74,7 +74,7 @@ fn with_all_streams(elf: &[u8]) -> Value {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("budgets");
     let run = Run {
         milliseconds: MEASURED,
-        faults: Vec::new(),
+        ..Run::default()
     };
     report::run(&mut board, &run, &out).expect("it runs")
 }

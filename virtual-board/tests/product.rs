@@ -2,17 +2,14 @@
 
 mod common;
 
-use std::path::PathBuf;
-
-use common::product;
+use common::{directory, product};
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::chip::ChipOptions;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
-use virtual_board::part::rcc::ResetCause;
-use virtual_board::report::{self, Run};
+use virtual_board::report::{self, Deed, Run};
+use virtual_board::scenario::Step;
+use virtual_board::traffic::Traffic;
 use virtual_board::{motion, time};
-use wire::uart::{self, ConfigSet, Message};
-use wire::{Address, Value};
 
 const MILLISECOND: u64 = time::PER_SECOND / 1000;
 
@@ -95,51 +92,6 @@ fn two_runs_give_identical_bytes_at_identical_times() {
 }
 
 #[test]
-fn it_is_never_stable_while_its_sensor_gives_no_edges_and_says_what_is_wrong() {
-    use lsm6dsox::sim::Fault::{DataReadyLost, FrozenOutput, MisoStuckHigh, MisoStuckLow, Reset};
-    let Some(elf) = product() else { return };
-    for fault in [
-        DataReadyLost,
-        FrozenOutput,
-        MisoStuckHigh,
-        MisoStuckLow,
-        Reset,
-    ] {
-        let mut board = Board::from_elf(&elf).expect("it fits the flash");
-        run(&mut board, 1_500);
-        board.take_can();
-        let start = board.now();
-        board.inject(Fault::Sensor(fault));
-        run(&mut board, 500);
-        let frames = board.take_can();
-        let emergencies = of(&frames, EMERGENCY);
-        let Some(first) = emergencies.first() else {
-            panic!("{fault:?} was not told");
-        };
-        println!(
-            "{fault:?}: told after {:.1} ms",
-            time::to_us(first.time - start) / 1000.0
-        );
-        let after: Vec<_> = of(&frames, ESTIMATE)
-            .into_iter()
-            .filter(|sent| sent.time > first.time)
-            .take(5)
-            .collect();
-        assert!(
-            after.iter().all(|sent| !stable(&sent.frame)),
-            "{fault:?}: stable after it was told"
-        );
-        board.inject(Fault::Clear);
-        run(&mut board, 2_500);
-        let frames = board.take_can();
-        let back = of(&frames, ESTIMATE)
-            .last()
-            .is_some_and(|sent| stable(&sent.frame));
-        assert!(back, "{fault:?}: it did not come back");
-    }
-}
-
-#[test]
 fn it_comes_back_from_bus_off() {
     let Some(elf) = product() else { return };
     let mut board = Board::from_elf(&elf).expect("it fits the flash");
@@ -199,31 +151,9 @@ fn it_measures_without_its_crystal_and_stays_off_the_bus() {
     );
 }
 
-#[test]
-fn it_starts_again_after_the_supply_dips() {
-    let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits the flash");
-    run(&mut board, 1_000);
-    board.inject(Fault::BrownOut);
-    board.take_can();
-    run(&mut board, 1_500);
-    let resets: Vec<_> = board.resets().iter().map(|&(_, cause)| cause).collect();
-    assert_eq!(resets, [ResetCause::BrownOut]);
-    let frames = board.take_can();
-    assert!(
-        of(&frames, ESTIMATE)
-            .last()
-            .is_some_and(|sent| stable(&sent.frame))
-    );
-}
-
 fn walking(elf: &[u8], seconds: f64) -> Board {
     let gait = motion::gait(footfall::gait::GaitName::Walk, seconds, 1);
     Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits the flash")
-}
-
-fn directory(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
 #[test]
@@ -232,7 +162,7 @@ fn every_estimate_of_a_walk_has_the_bits_that_the_host_computes_from_the_same_co
     let mut board = walking(&elf, 60.0);
     let run = Run {
         milliseconds: 60_000,
-        faults: Vec::new(),
+        ..Run::default()
     };
     let report = report::run(&mut board, &run, &directory("parity")).expect("it runs");
     for line in ["uart", "can"] {
@@ -258,11 +188,12 @@ fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
     ];
     let run = Run {
         milliseconds: 1_500,
-        faults: vec![(
-            "frozen".into(),
-            Fault::Sensor(lsm6dsox::sim::Fault::FrozenOutput),
-            1_000,
-        )],
+        faults: vec!["frozen@1000".into()],
+        deeds: vec![Deed {
+            ms: 1_000,
+            step: Step::Wrong(Fault::Sensor(lsm6dsox::sim::Fault::FrozenOutput)),
+        }],
+        traffic: Traffic::Full,
     };
     let outcome = |name: &str| {
         let out = directory(name);
@@ -273,71 +204,6 @@ fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
     for ((file, first), second) in files.iter().zip(first).zip(second) {
         assert!(!first.is_empty(), "{file} is empty");
         assert!(first == second, "{file} differs");
-    }
-}
-
-/// Asks the board over its serial line to keep its settings.
-fn save(board: &mut Board) {
-    let store = Message::ConfigSet(ConfigSet {
-        address: Address::new(0x1010, 1),
-        value: Value::U32(u32::from_le_bytes(*b"save")).into(),
-    });
-    board.push_uart(uart::encode(0, &store).as_bytes());
-}
-
-#[test]
-fn settings_are_kept_in_flash_and_a_cut_of_the_supply_at_any_write_leaves_a_board_that_starts() {
-    let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits the flash");
-    run(&mut board, 1_000);
-    save(&mut board);
-    run(&mut board, 2_000);
-    let operations = board.cpu().machine().chip.flash.operations;
-    assert!(operations > 0, "nothing was written");
-    println!("{operations} operations of flash");
-    for cut in (1..=operations).step_by(operations.div_ceil(8).max(1) as usize) {
-        let mut board = Board::from_elf(&elf).expect("it fits the flash");
-        run(&mut board, 1_000);
-        board.inject(Fault::CutInFlash(cut));
-        save(&mut board);
-        run(&mut board, 4_000);
-        let resets: Vec<_> = board.resets().iter().map(|&(_, cause)| cause).collect();
-        assert_eq!(resets, [ResetCause::PowerOn], "cut at {cut}");
-        let frames = board.take_can();
-        let last = of(&frames, ESTIMATE)
-            .last()
-            .is_some_and(|sent| stable(&sent.frame));
-        assert!(last, "cut at {cut}: no estimates afterwards");
-    }
-}
-
-#[test]
-fn a_hard_fault_and_a_hang_end_in_a_reset_that_the_next_start_tells_of() {
-    let Some(elf) = product() else { return };
-    for (fault, cause) in [
-        (Fault::Derail, ResetCause::Software),
-        (Fault::Hang, ResetCause::Watchdog),
-    ] {
-        let mut board = Board::from_elf(&elf).expect("it fits the flash");
-        run(&mut board, 1_000);
-        board.take_can();
-        board.inject(fault);
-        run(&mut board, 3_500);
-        let resets = board.resets();
-        let [(time, seen)] = resets[..] else {
-            panic!("{fault:?}: {resets:?}");
-        };
-        assert_eq!(seen, cause, "{fault:?}");
-        let frames = board.take_can();
-        assert!(!of(&frames, EMERGENCY).is_empty(), "{fault:?} was not told");
-        println!(
-            "{fault:?}: reset after {:.1} ms",
-            time::to_us(time) / 1e3 - 1e3
-        );
-        let last = of(&frames, ESTIMATE)
-            .last()
-            .is_some_and(|sent| stable(&sent.frame));
-        assert!(last, "{fault:?}: it did not come back");
     }
 }
 

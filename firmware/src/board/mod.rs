@@ -96,7 +96,7 @@ pub fn start() -> Board {
         reset,
         crash,
         serial: serial(),
-        timebase: timebase::Timebase::start(p.TIM2),
+        timebase: timebase::Timebase::start(p.TIM2, p.TIM4),
         sensor: sensor.start(),
         load: load::Load::start(p.ADC1, p.PC0),
         can: can::Parts {

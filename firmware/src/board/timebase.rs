@@ -2,13 +2,14 @@
 //!
 //! The timer counts microseconds for ever. Compare channel 2 is the tick. Channel 1 captures each
 //! rising edge of the sensor's data-ready line; only the first edge after a tick raises an
-//! interrupt. Channel 3 says that there was none.
+//! interrupt. Channel 3 says that there was none. TIM4 counts all captures, with TIM2's trigger
+//! output as its clock, so that too many edges or too few are noticed and cost no interrupts.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::pac::TIM2;
 use embassy_stm32::pac::timer::{regs, vals};
+use embassy_stm32::pac::{TIM2, TIM4};
 use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -35,6 +36,12 @@ static WRAPS: AtomicU32 = AtomicU32::new(0);
 /// Ticks so far, modulo 2³².
 static TICKS: AtomicU32 = AtomicU32::new(0);
 
+/// What TIM4 said at the last tick.
+static EDGES: AtomicU16 = AtomicU16::new(0);
+
+/// By how much it had gone on since the tick before.
+static EDGES_OF_TICK: AtomicU16 = AtomicU16::new(0);
+
 static ALARM: Signal<CriticalSectionRawMutex, Alarm> = Signal::new();
 
 /// What came after a tick.
@@ -46,6 +53,8 @@ struct Alarm {
     time: Timestamp,
     /// When the data-ready edge came, if it came in time.
     edge: Option<Timestamp>,
+    /// Edges from the tick before to this one.
+    edges: u16,
 }
 
 /// The running timer.
@@ -55,9 +64,21 @@ pub struct Timebase {
 }
 
 impl Timebase {
-    /// Starts the timer.
-    pub fn start(_timer: Peri<'static, peripherals::TIM2>) -> Self {
+    /// Starts the timer, and the one that counts its edges.
+    pub fn start(
+        _timer: Peri<'static, peripherals::TIM2>,
+        _counter: Peri<'static, peripherals::TIM4>,
+    ) -> Self {
+        rcc::enable_and_reset::<peripherals::TIM4>();
+        // The internal trigger 1 of TIM4 is TIM2's output (RM0090, table 98).
+        TIM4.smcr().modify(|w| {
+            w.set_ts(vals::Ts::ITR1);
+            w.set_sms(vals::Sms::EXT_CLOCK_MODE);
+        });
+        TIM4.cr1().modify(|w| w.set_cen(true));
         rcc::enable_and_reset::<peripherals::TIM2>();
+        // A pulse for each capture of channel 1, whether or not the one before was looked at.
+        TIM2.cr2().modify(|w| w.set_mms(vals::Mms::COMPARE_PULSE));
         let cycles_per_micro = rcc::frequency::<peripherals::TIM2>().0 / 1_000_000;
         TIM2.psc().write_value((cycles_per_micro - 1) as u16);
         TIM2.arr().write_value(u32::MAX);
@@ -82,7 +103,12 @@ impl Timebase {
 
 impl Ticks for Timebase {
     async fn next(&mut self) -> Tick {
-        let Alarm { tick, time, edge } = ALARM.wait().await;
+        let Alarm {
+            tick,
+            time,
+            edge,
+            edges,
+        } = ALARM.wait().await;
         let missed = match self.served.replace(tick) {
             Some(before) => tick.wrapping_sub(before).wrapping_sub(1),
             None => 0,
@@ -90,8 +116,7 @@ impl Ticks for Timebase {
         Tick {
             time,
             edge,
-            // The timer captures edges but does not count them.
-            edges: None,
+            edges: Some(edges),
             missed,
         }
     }
@@ -144,6 +169,7 @@ fn TIM2() {
             w.set_ccof(EDGE, false);
             w.set_ccif(DEADLINE, false);
         });
+        count_edges();
         TICKS.store(
             TICKS.load(Ordering::Relaxed).wrapping_add(1),
             Ordering::Relaxed,
@@ -156,6 +182,13 @@ fn TIM2() {
         wait_for_edge(false);
         raise(None);
     }
+}
+
+fn count_edges() {
+    let count = TIM4.cnt().read().cnt();
+    let before = EDGES.load(Ordering::Relaxed);
+    EDGES.store(count, Ordering::Relaxed);
+    EDGES_OF_TICK.store(count.wrapping_sub(before), Ordering::Relaxed);
 }
 
 fn wait_for_edge(wait: bool) {
@@ -171,6 +204,7 @@ fn raise(edge: Option<Timestamp>) {
         tick: TICKS.load(Ordering::Relaxed),
         time: extend(tick),
         edge,
+        edges: EDGES_OF_TICK.load(Ordering::Relaxed),
     });
 }
 

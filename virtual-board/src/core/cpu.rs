@@ -238,6 +238,11 @@ impl Cpu {
         self.state = State::Running;
     }
 
+    /// Moves the stack pointer of what executes.
+    pub fn move_stack(&mut self, address: u32) {
+        self.set(RegisterARM::SP, address & !3);
+    }
+
     /// A core register: R0 to R12, SP, LR, PC.
     #[must_use]
     pub fn register(&self, index: usize) -> u32 {

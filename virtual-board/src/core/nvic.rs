@@ -123,6 +123,14 @@ impl Nvic {
         &self.active
     }
 
+    /// Takes away an exception's right to happen.
+    pub fn disable(&mut self, number: u16) {
+        if let Some(enabled) = self.enabled.get_mut(usize::from(number)) {
+            *enabled = false;
+        }
+        self.update();
+    }
+
     /// Begins an exception.
     pub fn begin(&mut self, number: u16) {
         self.pending[usize::from(number)] = false;

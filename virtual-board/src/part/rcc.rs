@@ -70,8 +70,15 @@ pub struct Rcc {
 const CR: usize = 0;
 const PLLCFGR: usize = 1;
 const CFGR: usize = 2;
+const CIR: usize = 3;
 const BDCR: usize = 0x70 / 4;
 const CSR: usize = 0x74 / 4;
+
+/// In CR: the crystal is watched.
+const CSSON: u32 = 1 << 19;
+
+/// In CIR: it was lost. Cleared by a one in the bit 16 further up.
+const CSSF: u32 = 1 << 7;
 
 /// Reserved on this part; HALs for its siblings write a zero there.
 const DCKCFGR: u32 = 0x8C;
@@ -216,6 +223,10 @@ impl Rcc {
                 self.registers[CFGR] = value & !0xC | (value & 3) << 2;
                 self.update_clocks(now, wait_states)?;
             }
+            CIR => {
+                let cleared = value >> 16 & CSSF;
+                self.registers[CIR] = value & 0x7F00 | old & CSSF & !cleared;
+            }
             CSR => {
                 if value & 1 << 24 != 0 {
                     self.flags = 0;
@@ -232,6 +243,31 @@ impl Rcc {
             _ => {}
         }
         Ok(())
+    }
+
+    /// The crystal stops, and will not start again. Where it is watched the system goes on with the
+    /// internal oscillator (RM0090, 7.2.7): whether that is so, and an NMI is due.
+    ///
+    /// # Errors
+    /// Where the core runs on it unwatched: it would stand still for ever.
+    pub fn lose_crystal(&mut self, now: u64, wait_states: u32) -> Result<bool, String> {
+        self.crystal = None;
+        if now < self.hse_ready_at {
+            return Ok(false);
+        }
+        self.hse_ready_at = time::NEVER;
+        if self.registers[CR] & CSSON == 0 {
+            return Err("the crystal stops, and nobody watches it".into());
+        }
+        self.registers[CR] &= !(1 << 16);
+        if self.registers[PLLCFGR] & 1 << 22 != 0 {
+            self.registers[CR] &= !(1 << 24);
+            self.pll_ready_at = time::NEVER;
+        }
+        self.registers[CFGR] &= !0xF;
+        self.registers[CIR] |= CSSF;
+        self.update_clocks(now, wait_states)?;
+        Ok(true)
     }
 
     fn pll_input(&self, now: u64) -> Result<u32, String> {

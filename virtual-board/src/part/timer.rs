@@ -1,4 +1,6 @@
-//! A general-purpose timer: counting up, compare, capture.
+//! A general-purpose timer: counting up, compare, capture, and counting the captures of another.
+
+use std::cell::Cell;
 
 use super::unknown;
 use crate::time::NEVER;
@@ -8,6 +10,12 @@ const UDIS: u32 = 1 << 1;
 const URS: u32 = 1 << 2;
 const OPM: u32 = 1 << 3;
 const UIF: u32 = 1;
+
+/// The master mode in which the trigger output has a pulse for each capture of channel 1.
+const COMPARE_PULSE: u32 = 3 << 4;
+
+/// The slave mode in which the counter's clock is the trigger.
+const EXTERNAL_CLOCK: u32 = 7;
 
 /// The registers.
 #[derive(Clone, Debug)]
@@ -30,6 +38,11 @@ pub struct Timer {
     count: u32,
     since: u64,
     period: u64,
+    /// It counts from here when it is first started, its compares moved along: as if it had run
+    /// for so long already.
+    pub head_start: u32,
+    /// When one of the flags with an interrupt is next set, where that is known.
+    next: Cell<Option<u64>>,
 }
 
 impl Timer {
@@ -54,25 +67,56 @@ impl Timer {
             count: 0,
             since: 0,
             period,
+            head_start: 0,
+            next: Cell::new(None),
         }
     }
 
     /// A reset.
-    pub const fn reset(&mut self, period: u64) {
+    pub fn reset(&mut self, period: u64) {
         let bits = if self.mask == u32::MAX { 32 } else { 16 };
+        let head_start = self.head_start;
         *self = Self::new(self.name, bits, period);
+        self.head_start = head_start;
     }
 
     /// Its clock changes.
     pub fn set_period(&mut self, now: u64, period: u64) {
         self.advance(now);
+        self.next.set(None);
         // The fraction of a step is lost.
         self.since = now;
         self.period = period;
     }
 
-    const fn runs(&self) -> bool {
+    const fn is_on(&self) -> bool {
         self.control[0] & CEN != 0
+    }
+
+    /// Whether it counts its own clock.
+    const fn runs(&self) -> bool {
+        self.is_on() && self.slave & 7 == 0
+    }
+
+    /// The trigger that it counts instead of its clock, of the four that come from other timers.
+    #[must_use]
+    pub const fn counts_trigger(&self) -> Option<u32> {
+        let counts = self.is_on() && self.slave & 7 == EXTERNAL_CLOCK;
+        if counts {
+            Some(self.slave >> 4 & 7)
+        } else {
+            None
+        }
+    }
+
+    /// The trigger that it counts has come.
+    pub fn trigger(&mut self) {
+        if self.count == self.reload {
+            self.count = 0;
+            self.update(false);
+        } else {
+            self.count = self.count.wrapping_add(1) & self.mask;
+        }
     }
 
     const fn step(&self) -> u64 {
@@ -101,9 +145,21 @@ impl Timer {
         }
     }
 
-    /// When one of the flags with an interrupt is next set.
+    /// When one of the flags with an interrupt is next set. It is asked for at every event of the
+    /// chip, and stays the same until it comes or a register is written.
     #[must_use]
     pub fn next_event(&self) -> u64 {
+        match self.next.get() {
+            Some(next) => next,
+            None => {
+                let next = self.find_next_event();
+                self.next.set(Some(next));
+                next
+            }
+        }
+    }
+
+    fn find_next_event(&self) -> u64 {
         if !self.runs() {
             return NEVER;
         }
@@ -121,6 +177,9 @@ impl Timer {
 
     /// Lets time pass.
     pub fn advance(&mut self, now: u64) {
+        if self.next.get().is_some_and(|next| next <= now) {
+            self.next.set(None);
+        }
         if !self.runs() {
             self.since = now;
             return;
@@ -151,10 +210,23 @@ impl Timer {
         }
     }
 
-    const fn update(&mut self, by_software: bool) {
+    fn take_head_start(&mut self) {
+        let head_start = core::mem::take(&mut self.head_start);
+        let mask = self.mask;
+        let later = |count: u32| count.wrapping_add(head_start) & mask;
+        self.count = later(self.count);
+        for channel in 0..4 {
+            if !self.is_capture(channel) {
+                self.compares[channel] = later(self.compares[channel]);
+            }
+        }
+    }
+
+    fn update(&mut self, by_software: bool) {
         if self.control[0] & UDIS != 0 {
             return;
         }
+        self.next.set(None);
         self.dividing = self.prescaler;
         if !(by_software && self.control[0] & URS != 0) {
             self.status |= UIF;
@@ -164,15 +236,15 @@ impl Timer {
         }
     }
 
-    /// A pin of a channel rises or falls.
-    pub fn edge(&mut self, channel: usize, high: bool, now: u64) {
+    /// A pin of a channel rises or falls: whether its trigger output has a pulse of it.
+    pub fn edge(&mut self, channel: usize, high: bool, now: u64) -> bool {
         self.advance(now);
         let enable = self.enables >> (4 * channel);
         let falling = enable & 2 != 0;
         let both = enable & 0xA == 0xA;
         let direct = self.modes[channel / 2] >> (8 * (channel % 2)) & 3 == 1;
         if !direct || enable & 1 == 0 || (high == falling && !both) || !self.runs() {
-            return;
+            return false;
         }
         self.compares[channel] = self.count;
         let flag = 2 << channel;
@@ -180,6 +252,7 @@ impl Timer {
             self.status |= 0x200 << channel;
         }
         self.status |= flag;
+        channel == 0 && self.control[1] & 0x70 == COMPARE_PULSE
     }
 
     /// Whether it asks for its interrupt.
@@ -223,6 +296,7 @@ impl Timer {
     /// Where there is none, or what is asked for is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
         self.advance(now);
+        self.next.set(None);
         match offset {
             0x00 => {
                 if value & 0x70 != 0 {
@@ -230,11 +304,15 @@ impl Timer {
                 }
                 if value & CEN != 0 && !self.runs() {
                     self.since = now;
+                    self.take_head_start();
                 }
                 self.control[0] = value & 0x3FF;
             }
             0x04 => self.control[1] = value,
-            0x08 if value & 7 != 0 => return Err(format!("{} has no slave mode", self.name)),
+            // Nothing but counting the trigger of another timer.
+            0x08 if value & 7 != 0 && (value & 7 != EXTERNAL_CLOCK || value & 0x40 != 0) => {
+                return Err(format!("{} has no such slave mode", self.name));
+            }
             0x08 => self.slave = value,
             0x0C if value & 0x7F00 != 0 => {
                 return Err(format!("{} does not ask for DMA", self.name));
@@ -294,6 +372,48 @@ mod tests {
         timer.advance(100_000);
         assert_eq!(timer.read(0x10, 100_000).expect("a register") & 1, 1);
         assert_eq!(timer.read(0x24, 100_390), Ok(3));
+    }
+
+    #[test]
+    fn one_counts_the_captures_of_another_and_not_its_clock() {
+        let mut master = timer();
+        for (offset, value) in [(0x18, 1), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)] {
+            master.write(offset, value, 0).expect("a register");
+        }
+        let mut counter = timer();
+        for (offset, value) in [(0x08, 0x17), (0x2C, 2), (0x00, CEN)] {
+            counter.write(offset, value, 0).expect("a register");
+        }
+        assert_eq!(counter.counts_trigger(), Some(1));
+        let mut counts = Vec::new();
+        for edge in 1..=4 {
+            // Whether or not the one before was looked at.
+            if master.edge(0, true, 1000 * edge) {
+                counter.trigger();
+            }
+            assert!(!master.edge(0, false, 1000 * edge + 50));
+            counts.push(counter.read(0x24, 1000 * edge + 60).expect("a register"));
+        }
+        assert_eq!(counts, [1, 2, 0, 1]);
+        assert!(counter.write(0x08, 4, 0).is_err());
+    }
+
+    #[test]
+    fn with_a_head_start_it_compares_as_soon_as_without() {
+        let mut timer = timer();
+        timer.head_start = 900;
+        timer.reset(10);
+        timer.write(0x28, 9, 0).expect("a register");
+        timer.write(0x38, 250, 0).expect("a register");
+        timer.write(0x0C, 5, 0).expect("a register");
+        timer.write(0x14, 1, 0).expect("a register");
+        timer.write(0x10, 0, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        assert_eq!(timer.read(0x24, 0), Ok(900));
+        assert_eq!(timer.next_event(), 25_000);
+        timer.write(0x00, 0, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        assert_eq!(timer.read(0x24, 0), Ok(900));
     }
 
     #[test]

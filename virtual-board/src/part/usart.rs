@@ -25,6 +25,29 @@ pub struct TimedByte {
     pub byte: u8,
 }
 
+/// What is wrong with a line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LineFault {
+    /// Nothing.
+    #[default]
+    None,
+    /// It leads nowhere: what is sent reaches nobody, what is received is idle.
+    Open,
+    /// What is received is held low, as by an unpowered sender: one byte without a stop bit, then
+    /// no edge any more. What is sent reaches nobody.
+    Break,
+}
+
+/// A byte that comes.
+#[derive(Clone, Copy, Debug)]
+struct Incoming {
+    /// When its stop bit ends, or should.
+    time: u64,
+    byte: u8,
+    /// Whether there is one.
+    stopped: bool,
+}
+
 /// The registers and the line.
 #[derive(Clone, Debug)]
 pub struct Usart {
@@ -41,7 +64,8 @@ pub struct Usart {
     /// What was sent and not taken yet.
     pub sent: Vec<TimedByte>,
     /// What comes, and when each byte has come.
-    incoming: VecDeque<TimedByte>,
+    incoming: VecDeque<Incoming>,
+    fault: LineFault,
 }
 
 impl Default for Usart {
@@ -59,6 +83,7 @@ impl Default for Usart {
             idle_at: NEVER,
             sent: Vec::new(),
             incoming: VecDeque::new(),
+            fault: LineFault::None,
         }
     }
 }
@@ -69,6 +94,7 @@ impl Usart {
         *self = Self {
             sent: core::mem::take(&mut self.sent),
             incoming: core::mem::take(&mut self.incoming),
+            fault: self.fault,
             ..Self::default()
         };
     }
@@ -99,6 +125,9 @@ impl Usart {
 
     /// Puts bytes on the line, the first from `time` on.
     pub fn push(&mut self, bytes: &[u8], time: u64, pclk: u32) {
+        if self.fault != LineFault::None {
+            return;
+        }
         let frame = match self.frame(pclk) {
             // A line nobody listens to: 115 200 baud.
             NEVER => 10 * cycle(115_200),
@@ -110,7 +139,28 @@ impl Usart {
             .map_or(time, |last| last.time.max(time));
         for &byte in bytes {
             at += frame;
-            self.incoming.push_back(TimedByte { time: at, byte });
+            self.incoming.push_back(Incoming {
+                time: at,
+                byte,
+                stopped: true,
+            });
+        }
+    }
+
+    /// What is wrong with the line changes. What was on its way is lost.
+    pub fn set_fault(&mut self, fault: LineFault, now: u64, pclk: u32) {
+        if fault == self.fault {
+            return;
+        }
+        self.fault = fault;
+        self.incoming.clear();
+        let frame = self.frame(pclk);
+        if fault == LineFault::Break && frame != NEVER {
+            self.incoming.push_back(Incoming {
+                time: now + frame,
+                byte: 0,
+                stopped: false,
+            });
         }
     }
 
@@ -129,7 +179,9 @@ impl Usart {
         if self.done_at <= now {
             let time = self.done_at;
             self.done_at = NEVER;
-            if let Some(byte) = self.shifting.take() {
+            if let Some(byte) = self.shifting.take()
+                && self.fault == LineFault::None
+            {
                 self.sent.push(TimedByte { time, byte });
             }
             self.begin(time, pclk);
@@ -137,7 +189,11 @@ impl Usart {
                 self.status |= TC;
             }
         }
-        while let Some(&TimedByte { time, byte }) = self.incoming.front()
+        while let Some(&Incoming {
+            time,
+            byte,
+            stopped,
+        }) = self.incoming.front()
             && time <= now
         {
             self.incoming.pop_front();
@@ -148,14 +204,18 @@ impl Usart {
                 self.status |= ORE;
             } else {
                 self.data = byte;
-                self.status |= RXNE;
+                self.status |= RXNE | if stopped { 0 } else { FE };
             }
             let frame = self.frame(pclk);
             let follows = self
                 .incoming
                 .front()
                 .is_some_and(|next| next.time <= time + frame);
-            self.idle_at = if follows { NEVER } else { time + frame };
+            self.idle_at = if follows || !stopped {
+                NEVER
+            } else {
+                time + frame
+            };
             return;
         }
         if self.idle_at <= now {

@@ -19,6 +19,16 @@ pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
+/// A directory to write to.
+pub fn directory(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// Whether what takes many minutes is to be run as well.
+pub fn everything() -> bool {
+    std::env::var_os("FOOTFALL_HOUR").is_some_and(|value| value == "1")
+}
+
 /// Builds a release ELF for the target and returns its path.
 pub fn build(package: &str, program: &str) -> PathBuf {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -54,6 +64,12 @@ pub fn image(package: &str, program: &str) -> Image {
 /// A core with a program in flash.
 pub fn boot(image: &Image) -> Cpu {
     Cpu::new(Machine::new(Chip::default()), &image.segments).expect("it fits the flash")
+}
+
+/// Whether the product is built here: one from elsewhere has numbers of its own, which are not
+/// those of the README.
+pub fn is_built_here() -> bool {
+    std::env::var_os("FOOTFALL_ELF").is_none()
 }
 
 /// The product: the ELF that `FOOTFALL_ELF` names, or a fresh build where there is its source.

@@ -1,0 +1,54 @@
+//! What a scenario has to come to, whatever its row in the table says.
+
+use super::{Invalid, Outcome, Scenario};
+
+/// What is wrong with what a scenario came to; empty where nothing is.
+#[must_use]
+pub fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
+    let mut all = Vec::new();
+    let mut object = |wrong: bool, text: String| {
+        if wrong {
+            all.push(format!("{}: {text}", scenario.name));
+        }
+    };
+    object(
+        outcome.stable_while_invalid > 0,
+        format!(
+            "{} frames said stable without valid data",
+            outcome.stable_while_invalid
+        ),
+    );
+    object(
+        outcome.late_us > Invalid::OLD_MS as f64 * 1000.0,
+        format!("a frame said stable {} µs late", outcome.late_us),
+    );
+    object(
+        !outcome.has_told(scenario.tells),
+        format!("{:?} was not told", scenario.tells),
+    );
+    object(
+        scenario.invalid != Invalid::Never && outcome.checked == 0,
+        "no frame was looked at".into(),
+    );
+    object(
+        outcome.resets != scenario.resets,
+        format!("resets: {:?}", outcome.resets),
+    );
+    object(
+        outcome.well == scenario.stays(),
+        format!("all well afterwards: {}", outcome.well),
+    );
+    object(
+        outcome.kept[2] > 0,
+        format!("settings old, new, other: {:?}", outcome.kept),
+    );
+    object(
+        !outcome.steady_clock && scenario.keeps_time,
+        "a sample's time is not a tick after the one before".into(),
+    );
+    object(
+        outcome.last_sample_us < scenario.clock_beyond_us,
+        format!("the clock came to {} µs", outcome.last_sample_us),
+    );
+    all
+}

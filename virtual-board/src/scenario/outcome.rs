@@ -1,0 +1,426 @@
+//! What came of a scenario, from everything that the board said.
+
+use wire::{Counter, Fault, Value};
+
+use super::watch::{Claim, Line, SHORT_US, Told, Watch};
+use super::{Invalid, Scenario, Tells};
+use crate::board::Board;
+use crate::part::rcc::ResetCause;
+use crate::time::{from_us, to_us};
+
+/// What came of it. Times in µs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// From the beginning to the first frame about the contact that is not valid.
+    pub doubted_us: Option<f64>,
+    /// From the beginning to the first word about it.
+    pub told_us: Option<f64>,
+    /// Faults told by emergency messages.
+    pub emergencies: Vec<Fault>,
+    /// Faults told over the serial line.
+    pub serial: Vec<Fault>,
+    /// Whether the board has introduced itself anew.
+    pub boot_up: bool,
+    /// What it was reset by.
+    pub resets: Vec<ResetCause>,
+    /// Counters that have gone on, of those that stand still while all is well.
+    pub counters: Vec<Counter>,
+    /// Whether data were invalid for a time.
+    pub had_no_data: bool,
+    /// From the beginning to the last frame that said "stable" before data were valid again.
+    pub last_stable_us: Option<f64>,
+    /// Frames about the contact while the data were invalid, but for the time in which that
+    /// cannot be seen.
+    pub checked: u64,
+    /// Those of them that said "stable".
+    pub stable_while_invalid: u64,
+    /// The latest frame that said "stable": by how much it was later than usual.
+    pub late_us: f64,
+    /// From the end, or from the beginning of what ends by itself, to the first valid frames on
+    /// every line that is in use; `None` where they never stopped or never came.
+    pub back_us: Option<f64>,
+    /// From the end until it was told that it is over.
+    pub gone_us: Option<f64>,
+    /// The longest time without a frame about the contact: on CAN, on the serial line.
+    pub silent_us: [f64; 2],
+    /// Whether the last frames on every line that is in use are valid and say "stable".
+    pub well: bool,
+    /// Whether each sample's time over the serial line is later than the one before, by less than
+    /// two ticks.
+    pub steady_clock: bool,
+    /// The last sample's time over the serial line, µs.
+    pub last_sample_us: u64,
+    /// From the beginning to the first health message in which one of `counters` had gone on.
+    pub counted_us: Option<f64>,
+    /// How often the settings afterwards were the old ones, the new ones, anything else.
+    pub kept: [u64; 3],
+    /// What is wrong with it: what the scenario was to come to, and did not.
+    pub objections: Vec<String>,
+    /// How long it was watched.
+    pub watched_us: f64,
+}
+
+/// Longer than this without a frame, µs, and a line counts as disturbed.
+const DISTURBED_US: f64 = 5_000.0;
+
+/// Counters that stand still while all is well.
+const STILL: [Counter; 9] = [
+    Counter::SaturatedSamples,
+    Counter::MissedSamples,
+    Counter::SensorRestarts,
+    Counter::CanDropped,
+    Counter::CanBusOff,
+    Counter::UartDropped,
+    Counter::UartRefused,
+    Counter::UartOverruns,
+    Counter::LateTicks,
+];
+
+impl Outcome {
+    pub(super) fn of(
+        scenario: &Scenario,
+        watch: &Watch,
+        board: &Board,
+        at: u64,
+        end: Option<u64>,
+    ) -> Self {
+        let now = board.now();
+        let since = |time: u64| to_us(time - at);
+        let resets: Vec<(u64, ResetCause)> = board
+            .resets()
+            .into_iter()
+            .filter(|&(time, _)| time >= at)
+            .collect();
+        let last_reset = resets.last().map(|&(time, _)| time);
+        let invalid = Invalidity::of(scenario, watch, at, end, &resets, now);
+        let claims = || watch.claims.iter().filter(move |claim| claim.time >= at);
+        let usual = usual_ages(&watch.claims, at);
+        let mut outcome = Self {
+            resets: resets.iter().map(|&(_, cause)| cause).collect(),
+            watched_us: since(now),
+            steady_clock: is_steady(claims()),
+            had_no_data: !invalid.spans.is_empty(),
+            last_sample_us: claims()
+                .rev()
+                .find_map(|claim| claim.sample_us)
+                .unwrap_or(0),
+            ..Self::default()
+        };
+        for claim in claims() {
+            if !claim.valid {
+                outcome.doubted_us.get_or_insert(since(claim.time));
+            }
+            if invalid.covers(claim.time) {
+                outcome.checked += 1;
+                outcome.stable_while_invalid += u64::from(claim.stable);
+            }
+            if claim.stable && invalid.is_before_the_end(claim.time) {
+                outcome.last_stable_us = Some(since(claim.time));
+            }
+            // The clock of a board that was reset begins anew.
+            if claim.stable && resets.is_empty() {
+                let late = lateness(claim, &usual);
+                outcome.late_us = outcome.late_us.max(late);
+            }
+        }
+        outcome.tell(scenario, watch, at, end);
+        outcome.count(watch, at, &resets);
+        let mut silence_ended = [at; 2];
+        for line in Line::BOTH {
+            let (longest, ended) = (
+                &mut outcome.silent_us[line as usize],
+                &mut silence_ended[line as usize],
+            );
+            let mut last = at;
+            let times = claims().filter(|claim| claim.line == line);
+            for time in times.map(|claim| claim.time).chain([now]) {
+                let silent = to_us(time - last);
+                if silent > *longest {
+                    (*longest, *ended) = (silent, time);
+                }
+                last = time;
+            }
+        }
+        let lines: &[Line] = match scenario.with_can {
+            true => &Line::BOTH,
+            false => &[Line::Uart],
+        };
+        outcome.well = lines.iter().all(|&line| {
+            let of_line = |claim: &&Claim| claim.line == line;
+            let last = watch.claims.iter().rev().find(of_line);
+            let recent = from_us(DISTURBED_US as u64);
+            last.is_some_and(|claim| claim.valid && claim.stable && now - claim.time < recent)
+        });
+        let silence = lines
+            .iter()
+            .filter(|&&line| outcome.silent_us[line as usize] > DISTURBED_US)
+            .map(|&line| silence_ended[line as usize])
+            .max();
+        let doubt = claims().find(|claim| !claim.valid).map(|claim| claim.time);
+        let disturbed = doubt.or(last_reset).or(silence).is_some();
+        let from = end.or(last_reset).or(doubt).or(silence).unwrap_or(at);
+        if disturbed {
+            let first = |line: Line| {
+                let good = |claim: &&Claim| claim.line == line && claim.valid && claim.time >= from;
+                claims().find(good).map(|claim| claim.time)
+            };
+            let all: Option<Vec<u64>> = lines.iter().map(|&line| first(line)).collect();
+            let back = all.and_then(|all| all.into_iter().max());
+            outcome.back_us = back.map(|back| to_us(back - end.unwrap_or(at)));
+        }
+        outcome
+    }
+
+    fn tell(&mut self, scenario: &Scenario, watch: &Watch, at: u64, end: Option<u64>) {
+        for &(time, told) in watch.told.iter().filter(|(time, _)| *time >= at) {
+            let news = match told {
+                Told::Emergency(fault) => remember(&mut self.emergencies, fault),
+                Told::Serial(fault) => remember(&mut self.serial, fault),
+                Told::BootUp => {
+                    // At power-up there is nothing else to expect.
+                    self.boot_up |= !scenario.at_power_up;
+                    !scenario.at_power_up
+                }
+                Told::Gone(fault) => {
+                    if scenario.tells == Tells::Fault(fault)
+                        && let Some(end) = end
+                        && time >= end
+                    {
+                        self.gone_us.get_or_insert(to_us(time - end));
+                    }
+                    false
+                }
+            };
+            if news {
+                self.told_us.get_or_insert(to_us(time - at));
+            }
+        }
+    }
+
+    /// Counters begin anew with a reset, and are then no sign of anything.
+    fn count(&mut self, watch: &Watch, at: u64, resets: &[(u64, ResetCause)]) {
+        let before = watch.health.iter().rev().find(|(time, _)| *time < at);
+        let (Some((_, before)), true) = (before, resets.is_empty()) else {
+            return;
+        };
+        for (time, health) in watch.health.iter().filter(|(time, _)| *time >= at) {
+            for counter in STILL {
+                if before.counters.get(counter) != health.counters.get(counter) {
+                    self.counted_us.get_or_insert(to_us(time - at));
+                    remember(&mut self.counters, counter);
+                }
+            }
+        }
+    }
+
+    /// Takes in what the settings are afterwards.
+    pub(super) fn keep(&mut self, answer: Option<&[u8]>, values: [Value; 2]) {
+        let is_answer = |value: &Value| answer == Some(&value.to_raw().to_le_bytes());
+        let place = values.iter().position(is_answer);
+        self.kept[place.unwrap_or(2)] += 1;
+    }
+
+    /// From the beginning to the first sign of it in anything that the board sends.
+    #[must_use]
+    pub fn noticed_us(&self) -> Option<f64> {
+        let signs = [self.doubted_us, self.told_us, self.counted_us];
+        signs.into_iter().flatten().reduce(f64::min)
+    }
+
+    /// Whether what is to be told has been told.
+    #[must_use]
+    pub fn has_told(&self, tells: Tells) -> bool {
+        match tells {
+            Tells::Fault(fault) => {
+                self.emergencies.contains(&fault) || self.serial.contains(&fault)
+            }
+            Tells::Counter(counter) => self.counters.contains(&counter),
+            Tells::BootUp => self.boot_up,
+            Tells::Nothing => self.noticed_us().is_none(),
+        }
+    }
+
+    /// Whether there is nothing more to wait for.
+    pub(super) fn is_over(&self, scenario: &Scenario) -> bool {
+        let gone = scenario.lasts_ms.is_none()
+            || self.emergencies.is_empty()
+            || self.back_us.is_some()
+            || self.gone_us.is_some();
+        self.watched_us > 300_000.0 && self.well && gone && self.has_told(scenario.tells)
+    }
+
+    /// Takes in what came of it in another run: the worst of both.
+    #[must_use]
+    pub fn worst(mut self, other: &Self) -> Self {
+        let most = |a: Option<f64>, b: Option<f64>| match (a, b) {
+            (Some(a), Some(b)) => Some(a.max(b)),
+            (a, b) => a.or(b),
+        };
+        self.doubted_us = most(self.doubted_us, other.doubted_us);
+        self.told_us = most(self.told_us, other.told_us);
+        self.last_stable_us = most(self.last_stable_us, other.last_stable_us);
+        self.back_us = most(self.back_us, other.back_us);
+        self.gone_us = most(self.gone_us, other.gone_us);
+        self.counted_us = most(self.counted_us, other.counted_us);
+        for (count, others) in self.kept.iter_mut().zip(other.kept) {
+            *count += others;
+        }
+        self.last_sample_us = self.last_sample_us.max(other.last_sample_us);
+        self.late_us = self.late_us.max(other.late_us);
+        self.checked += other.checked;
+        self.stable_while_invalid += other.stable_while_invalid;
+        self.boot_up |= other.boot_up;
+        self.well &= other.well;
+        self.had_no_data |= other.had_no_data;
+        self.steady_clock &= other.steady_clock;
+        for (silent, others) in self.silent_us.iter_mut().zip(other.silent_us) {
+            *silent = silent.max(others);
+        }
+        self.objections.extend(other.objections.iter().cloned());
+        merge(&mut self.emergencies, &other.emergencies);
+        merge(&mut self.serial, &other.serial);
+        merge(&mut self.resets, &other.resets);
+        merge(&mut self.counters, &other.counters);
+        self
+    }
+}
+
+fn remember<T: PartialEq>(all: &mut Vec<T>, item: T) -> bool {
+    let new = !all.contains(&item);
+    if new {
+        all.push(item);
+    }
+    new
+}
+
+fn merge<T: PartialEq + Copy>(all: &mut Vec<T>, others: &[T]) {
+    for &other in others {
+        remember(all, other);
+    }
+}
+
+/// When data are invalid, and it can be known.
+struct Invalidity {
+    spans: Vec<(u64, u64)>,
+    end: u64,
+}
+
+impl Invalidity {
+    fn of(
+        scenario: &Scenario,
+        watch: &Watch,
+        at: u64,
+        end: Option<u64>,
+        resets: &[(u64, ResetCause)],
+        now: u64,
+    ) -> Self {
+        let sample_after = |from: u64| {
+            let fresh = |&&(time, edge): &&(u64, Option<u64>)| {
+                time > from && edge.is_some_and(|edge| edge > from)
+            };
+            let first = watch.samples.iter().find(fresh);
+            first.map_or(now, |&(time, _)| time)
+        };
+        let mut spans: Vec<(u64, u64)> = resets
+            .iter()
+            .map(|&(time, _)| (time, sample_after(time)))
+            .collect();
+        let restarted = resets.last().map_or(at, |&(time, _)| time);
+        let known = at + from_us(scenario.blind_us);
+        match scenario.invalid {
+            Invalid::Never => {}
+            Invalid::ToTheEnd => spans.push((known, end.unwrap_or(now))),
+            Invalid::ToTheNextSample => spans.push((known, sample_after(restarted))),
+        }
+        let end = spans.iter().map(|&(_, to)| to).max().unwrap_or(at);
+        Self { spans, end }
+    }
+
+    fn covers(&self, time: u64) -> bool {
+        let within = |&(from, to): &(u64, u64)| (from..to).contains(&time);
+        self.spans.iter().any(within)
+    }
+
+    const fn is_before_the_end(&self, time: u64) -> bool {
+        time < self.end
+    }
+}
+
+/// The least age of a frame on each line before it happened.
+fn usual_ages(claims: &[Claim], at: u64) -> [f64; 2] {
+    let mut usual = [f64::INFINITY; 2];
+    for claim in claims.iter().filter(|claim| claim.time < at) {
+        let least = &mut usual[claim.line as usize];
+        *least = least.min(claim.age_us);
+    }
+    usual
+}
+
+fn lateness(claim: &Claim, usual: &[f64; 2]) -> f64 {
+    let late = claim.age_us - usual[claim.line as usize];
+    match (claim.line, late.is_finite()) {
+        (_, false) => 0.0,
+        // By less than a step of the short time, it is none.
+        (Line::Can, true) => {
+            let late = late.rem_euclid(SHORT_US);
+            if late > SHORT_US - 20.0 { 0.0 } else { late }
+        }
+        (Line::Uart, true) => late,
+    }
+}
+
+fn is_steady<'a>(claims: impl Iterator<Item = &'a Claim>) -> bool {
+    let mut last: Option<u64> = None;
+    for sample_us in claims.filter_map(|claim| claim.sample_us) {
+        if let Some(last) = last.replace(sample_us)
+            && !(last + 1..last + 2_000).contains(&sample_us)
+        {
+            return false;
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn claim(line: Line, age_us: f64, sample_us: u64) -> Claim {
+        Claim {
+            line,
+            time: 0,
+            stable: true,
+            valid: true,
+            age_us,
+            sample_us: Some(sample_us),
+        }
+    }
+
+    #[test]
+    fn a_frame_is_late_by_what_it_is_older_than_the_youngest_before() {
+        let usual = usual_ages(
+            &[claim(Line::Can, 655_000.0, 0), claim(Line::Uart, 500.0, 0)],
+            1,
+        );
+        let late = |line, age_us| lateness(&claim(line, age_us, 0), &usual);
+        assert_eq!(late(Line::Uart, 31_500.0), 31_000.0);
+        // Over the wrap of the short time.
+        assert_eq!(late(Line::Can, 640.0), 1_000.0);
+        assert_eq!(late(Line::Can, 654_995.0), 0.0);
+        assert_eq!(
+            lateness(&claim(Line::Can, 1.0, 0), &[f64::INFINITY; 2]),
+            0.0
+        );
+    }
+
+    #[test]
+    fn a_clock_is_steady_where_each_time_is_a_tick_after_the_one_before() {
+        let times = |all: &[u64]| {
+            let claims: Vec<Claim> = all.iter().map(|&t| claim(Line::Uart, 0.0, t)).collect();
+            is_steady(claims.iter())
+        };
+        assert!(times(&[4_294_966_900, 4_294_967_900, 4_294_968_850]));
+        assert!(!times(&[4_294_966_900, 604]));
+        assert!(!times(&[1000, 3001]));
+    }
+}

@@ -1,0 +1,170 @@
+//! The fault matrix as a table for people, from runs.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use super::{ALL, Outcome, Problem, Scenario};
+
+/// Runs every scenario in all its variants, on all cores, and gives the worst of each.
+///
+/// # Errors
+/// Where one cannot be run.
+pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> {
+    let runs: Vec<(usize, u64, u64)> = ALL
+        .iter()
+        .enumerate()
+        .flat_map(|(place, scenario)| {
+            scenario.all_variants().flat_map(move |variant| {
+                (0..scenario.phases).map(move |phase| (place, variant, phase))
+            })
+        })
+        .collect();
+    let next = AtomicUsize::new(0);
+    let outcomes = Mutex::new(Vec::with_capacity(runs.len()));
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| {
+                while let Some(&(place, variant, phase)) =
+                    runs.get(next.fetch_add(1, Ordering::Relaxed))
+                {
+                    let outcome = ALL[place].run(elf, variant, phase);
+                    let mut outcomes = outcomes.lock().unwrap_or_else(PoisonError::into_inner);
+                    outcomes.push(((place, variant, phase), outcome));
+                }
+            });
+        }
+    });
+    let mut outcomes = outcomes
+        .into_inner()
+        .unwrap_or_else(PoisonError::into_inner);
+    outcomes.sort_by_key(|(run, _)| *run);
+    let mut worst: Vec<Option<Outcome>> = vec![None; ALL.len()];
+    for ((place, ..), outcome) in outcomes {
+        let outcome = outcome?;
+        worst[place] = Some(match worst[place].take() {
+            Some(so_far) => so_far.worst(&outcome),
+            None => outcome,
+        });
+    }
+    Ok(ALL
+        .iter()
+        .zip(worst)
+        .filter_map(|(scenario, outcome)| Some((scenario, outcome?)))
+        .collect())
+}
+
+/// Later than usual by less, µs, is not worth a word.
+const LATE_US: f64 = 2_000.0;
+
+/// The columns.
+pub const HEAD: &str = "\
+| `--fault` | what goes wrong | noticed after | told | \"stable\" at most until | frames without valid data that said \"stable\" | well again after |
+|---|---|---|---|---|---|---|
+";
+
+/// A row of the table.
+#[must_use]
+pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
+    format!(
+        "| `{}` | {} | {} | {} | {} | {} | {} |\n",
+        scenario.name,
+        scenario.what,
+        outcome.noticed_us().map_or_else(|| "—".into(), time),
+        told(outcome),
+        match outcome.last_stable_us {
+            _ if !outcome.had_no_data && outcome.late_us > LATE_US => {
+                format!("data are valid, {} late at most", time(outcome.late_us))
+            }
+            _ if !outcome.had_no_data => "data are valid".into(),
+            None => "never".into(),
+            Some(us) => time(us),
+        },
+        match outcome.checked {
+            0 => "—".into(),
+            checked => format!(
+                "{} of some {}",
+                outcome.stable_while_invalid,
+                round(checked)
+            ),
+        },
+        well_again(scenario, outcome),
+    )
+}
+
+fn told(outcome: &Outcome) -> String {
+    let mut all = Vec::new();
+    for cause in &outcome.resets {
+        all.push(format!("reset ({cause:?})"));
+    }
+    for fault in &outcome.emergencies {
+        all.push(format!("EMCY {:#06X} {}", fault.code(), fault.name()));
+    }
+    let serial_only = |fault: &&wire::Fault| !outcome.emergencies.contains(fault);
+    for fault in outcome.serial.iter().filter(serial_only) {
+        all.push(format!("serial line: {}", fault.name()));
+    }
+    if !outcome.counters.is_empty() {
+        let names: Vec<&str> = outcome.counters.iter().map(|c| c.name()).collect();
+        all.push(format!("counted: {}", names.join(", ")));
+    }
+    if outcome.boot_up {
+        all.push("boot-up message".into());
+    }
+    match all.is_empty() {
+        true => "—".into(),
+        false => all.join("; "),
+    }
+}
+
+fn well_again(scenario: &Scenario, outcome: &Outcome) -> String {
+    let mut text = match (outcome.back_us, outcome.gone_us) {
+        (Some(us), _) => time(us),
+        (None, Some(us)) => format!("told as over after {}", time(us)),
+        (None, None) if outcome.well => "not disturbed".into(),
+        (None, None) => "stays, reported".into(),
+    };
+    let [old, new, neither] = outcome.kept;
+    if scenario.kept.is_some() {
+        text += &format!(
+            "; settings: {old} times the old ones, {new} times the new ones, {neither} times others"
+        );
+    }
+    if !scenario.note.is_empty() {
+        text += "; ";
+        text += scenario.note;
+    }
+    text
+}
+
+/// For people: two digits of a count.
+fn round(count: u64) -> u64 {
+    let step = 10_u64.pow(count.max(1).ilog10().saturating_sub(1));
+    count / step * step
+}
+
+/// For people: two digits of a time.
+fn time(us: f64) -> String {
+    let ms = us / 1000.0;
+    match ms {
+        ..9.95 => format!("{ms:.1} ms"),
+        ..995.0 => format!("{ms:.0} ms"),
+        _ => format!("{:.1} s", ms / 1000.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_two_digits() {
+        let times = [49.0, 9_949.0, 9_951.0, 994_000.0, 995_001.0, 1_234_000.0].map(time);
+        assert_eq!(
+            times,
+            ["0.0 ms", "9.9 ms", "10 ms", "994 ms", "1.0 s", "1.2 s"]
+        );
+        assert_eq!([0, 7, 96, 470, 2387].map(round), [0, 7, 96, 470, 2300]);
+    }
+}

@@ -1,0 +1,182 @@
+//! What the board says, with the times at which it said it.
+
+use estimator_core::Decision;
+use wire::uart::{Answer, Decoder, HealthMessage, Message};
+use wire::{Address, Emergency, Fault, Pdo, pdo};
+
+use crate::board::Board;
+use crate::failure::Failure;
+use crate::parity;
+use crate::part::can::TimedFrame;
+use crate::part::usart::TimedByte;
+use crate::time::{PER_SECOND, to_us};
+
+/// One of the two ways out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Line {
+    Can,
+    Uart,
+}
+
+impl Line {
+    pub(super) const BOTH: [Self; 2] = [Self::Can, Self::Uart];
+}
+
+/// A frame about the contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Claim {
+    pub(super) line: Line,
+    /// When the last of what it says had left.
+    pub(super) time: u64,
+    /// By decision, or by a probability above one half without a doubt.
+    pub(super) stable: bool,
+    pub(super) valid: bool,
+    /// From the sample's time on the board's clock to `time`, µs, but for a constant; that of CAN
+    /// modulo [`SHORT_US`].
+    pub(super) age_us: f64,
+    /// The sample's time, where the frame has all of it.
+    pub(super) sample_us: Option<u64>,
+}
+
+/// Short times wrap after this, µs.
+pub(super) const SHORT_US: f64 = 655_360.0;
+
+/// Something that was told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Told {
+    /// Over CAN.
+    Emergency(Fault),
+    /// Over CAN: it is over.
+    Gone(Fault),
+    /// Over the serial line, in the log or in the health message.
+    Serial(Fault),
+    /// The boot-up message.
+    BootUp,
+}
+
+/// Everything that was said.
+#[derive(Default)]
+pub(super) struct Watch {
+    pub(super) claims: Vec<Claim>,
+    pub(super) told: Vec<(u64, Told)>,
+    pub(super) health: Vec<(u64, HealthMessage)>,
+    /// Samples read from the sensor: when, and the data-ready edge before.
+    pub(super) samples: Vec<(u64, Option<u64>)>,
+    /// What was answered to questions for settings.
+    answers: Vec<(Address, Vec<u8>)>,
+    decoder: Decoder,
+    /// When the last byte but a frame's end left.
+    last_byte: u64,
+}
+
+impl Watch {
+    /// Runs the board and takes in what it says.
+    pub(super) fn run_until(&mut self, board: &mut Board, until: u64) -> Result<(), Failure> {
+        while board.now() < until {
+            let next = (board.now() + PER_SECOND / 100).min(until);
+            board.run_until(next)?;
+            self.take(board);
+        }
+        Ok(())
+    }
+
+    /// Takes in what it has said.
+    pub(super) fn take(&mut self, board: &mut Board) {
+        for TimedByte { time, byte } in board.take_uart() {
+            // A reset may cut a frame off before its end: the next one begins with it, long after
+            // what was said had left.
+            if let Some(Ok(frame)) = self.decoder.push(byte) {
+                self.message(self.last_byte, &frame.message);
+            }
+            if byte != 0 {
+                self.last_byte = time;
+            }
+        }
+        for TimedFrame { time, frame } in board.take_can() {
+            let Ok(data) = <[u8; 8]>::try_from(frame.data.as_slice()) else {
+                if frame.id & !0x7F == 0x700 && frame.data == [0] {
+                    self.told.push((time, Told::BootUp));
+                }
+                continue;
+            };
+            self.frame(time, frame.id, &data);
+        }
+        board.take_can_requests();
+        let read = board.take_transactions();
+        let samples = read.iter().filter(|read| parity::is_sample(read));
+        self.samples
+            .extend(samples.map(|read| (read.start, read.edge)));
+    }
+
+    fn frame(&mut self, time: u64, id: u32, data: &[u8; 8]) {
+        if id & !0x7F == 0x080 && id & 0x7F != 0 {
+            let emergency = Emergency::decode(data);
+            if let Some(fault) = emergency.fault {
+                let told = match emergency.code {
+                    0 => Told::Gone(fault),
+                    _ => Told::Emergency(fault),
+                };
+                self.told.push((time, told));
+            }
+        }
+        if let Some((Pdo::Contact, _)) = Pdo::from_cob_id(id as u16) {
+            let contact = pdo::Contact::decode(data);
+            let sample_us = f64::from(contact.timestamp.0) * pdo::TIME_STEP_US as f64;
+            let status = contact.status;
+            self.claims.push(Claim {
+                line: Line::Can,
+                time,
+                stable: says_stable(contact.stable.0, status),
+                valid: status.is_valid(),
+                age_us: (to_us(time) - sample_us).rem_euclid(SHORT_US),
+                sample_us: None,
+            });
+        }
+    }
+
+    fn message(&mut self, time: u64, message: &Message) {
+        match message {
+            Message::Contact(contact) => {
+                let sample_us = contact.timestamp.as_micros();
+                self.claims.push(Claim {
+                    line: Line::Uart,
+                    time,
+                    stable: says_stable(contact.stable.0, contact.status),
+                    valid: contact.status.is_valid(),
+                    age_us: to_us(time) - sample_us as f64,
+                    sample_us: Some(sample_us),
+                });
+            }
+            Message::Log(line) => {
+                let named = |fault: &Fault| fault.name() == line.text();
+                if let Some(fault) = Fault::ALL.into_iter().find(named) {
+                    self.told.push((time, Told::Serial(fault)));
+                }
+            }
+            Message::Health(health) => {
+                for fault in health.faults.iter() {
+                    self.told.push((time, Told::Serial(fault)));
+                }
+                self.health.push((time, *health));
+            }
+            Message::ConfigResponse(response) => {
+                if let Answer::Value(value) = response.answer {
+                    let bytes = value.as_bytes().to_vec();
+                    self.answers.push((response.address, bytes));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The last answer to a question for a setting.
+    pub(super) fn answered(&self, address: Address) -> Option<&[u8]> {
+        let mut answers = self.answers.iter().rev();
+        let found = answers.find(|(about, _)| *about == address);
+        found.map(|(_, value)| value.as_slice())
+    }
+}
+
+fn says_stable(probability: u16, status: pdo::Status) -> bool {
+    status.decision() == Decision::Stable || status.is_valid() && probability >= 0x8000
+}
