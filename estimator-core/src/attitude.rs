@@ -243,7 +243,9 @@ impl AttitudeFilter {
             longest_step,
             ..
         } = self.coefficients;
-        let seconds = elapsed_us.map_or(period, |elapsed| elapsed as f32 * 1.0e-6);
+        // More than 32 bits of µs are a gap, however much more. They take a microcontroller a call.
+        let short = |elapsed: u64| u32::try_from(elapsed).unwrap_or(u32::MAX);
+        let seconds = elapsed_us.map_or(period, |elapsed| short(elapsed) as f32 * 1.0e-6);
         Step {
             seconds: seconds.min(longest_step),
             continuity: if seconds <= longest_step {

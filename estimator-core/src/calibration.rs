@@ -9,6 +9,7 @@
 //! with the robust spread σ of mid-stance, the bandwidth h and k = [`SPREAD_FACTOR`]. In a stance
 //! of that spread the kernels' mass within ±δ is erf(k/√2), 0.99994 per axis. A gyroscope without
 //! noise has σ near 0, and k·σ alone would collapse below the kernel's own width; k·h never does.
+//! Neither is a foot that stands like a rock held to less than [`LEAST`].
 //! With k = 4 this gives, on the authors' recordings of ATLAS on good ground, 0.3 to 2.0 times
 //! their half-widths for it; and on those of a GO1, 0.7 to 2.2 times (`host-tests/tests/calibrate.rs`).
 //!
@@ -27,6 +28,11 @@ use crate::phase::Phase;
 
 /// k: half-width in standard deviations of mid-stance, kernel included.
 pub const SPREAD_FACTOR: f32 = 4.0;
+
+/// No half-width is proposed below these, m/s² and rad/s: motion that no one who takes the foot for
+/// fixed would notice. Over the window of 50 ms, 0.1 m/s² adds up to 5 mm/s; at a lever of 125 mm,
+/// from an ankle's axis to the edge of a sole, 0.04 rad/s are 5 mm/s too.
+pub const LEAST: (f32, f32) = (0.1, 0.04);
 
 /// Usable steps from which on there is a proposal.
 pub const STEPS: u16 = 6;
@@ -194,9 +200,16 @@ impl Calibrator {
         if self.steps < STEPS {
             return Err(TooFewSteps { found: self.steps });
         }
-        Ok(self.spread().zip_with(self.bandwidth, |sigma, h| {
+        let measured = self.spread().zip_with(self.bandwidth, |sigma, h| {
             SPREAD_FACTOR * libm::sqrtf(sigma * sigma + h * h)
-        }))
+        });
+        let least = PerAxis::by_sensor(LEAST.0, LEAST.1);
+        Ok(measured.zip_with(
+            least,
+            |measured, least| {
+                if measured > least { measured } else { least }
+            },
+        ))
     }
 }
 
@@ -325,7 +338,7 @@ mod tests {
         }
     }
 
-    const SPREADS: [f32; 6] = [0.1, 0.05, 0.2, 0.01, 0.02, 0.000_1];
+    const SPREADS: [f32; 6] = [0.1, 0.05, 0.2, 0.02, 0.04, 0.000_1];
 
     fn swing(calibrator: &mut Calibrator) {
         for _ in 0..200 {
@@ -357,15 +370,20 @@ mod tests {
         let proposal = walked(8).propose().expect("enough steps").to_array();
         let bandwidth = Params::DEFAULT.bandwidth.to_array();
         for ((proposed, sigma), h) in proposal.into_iter().zip(SPREADS).zip(bandwidth) {
-            let expected = SPREAD_FACTOR * sigma.hypot(h);
+            let expected =
+                (SPREAD_FACTOR * sigma.hypot(h)).max(if h < 0.01 { LEAST.1 } else { 0.0 });
             let error = proposed / expected - 1.0;
             assert!(error.abs() < 0.06, "{proposed} is not {expected}");
         }
     }
 
     #[test]
-    fn no_half_width_is_below_the_multiple_of_its_bandwidth() {
-        let mut calibrator = Calibrator::new(&Params::DEFAULT);
+    fn no_half_width_is_below_the_multiple_of_its_bandwidth_nor_below_what_matters() {
+        let noisy = Params {
+            bandwidth: PerAxis::by_sensor(0.1, 0.001),
+            ..Params::DEFAULT
+        };
+        let mut calibrator = Calibrator::new(&noisy);
         for _ in 0..8 {
             swing(&mut calibrator);
             for _ in 0..300 {
@@ -373,8 +391,7 @@ mod tests {
             }
         }
         let proposal = calibrator.propose().expect("enough steps");
-        let least = Params::DEFAULT.bandwidth.map(|h| SPREAD_FACTOR * h);
-        assert_eq!(proposal, least);
+        assert_eq!(proposal, PerAxis::by_sensor(SPREAD_FACTOR * 0.1, LEAST.1));
     }
 
     #[test]

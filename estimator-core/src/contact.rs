@@ -5,6 +5,7 @@ use crate::flag::{Flag, Flags};
 use crate::params::{Config, Gravity, STANDARD_GRAVITY};
 use crate::phase::{Decision, Load, Phase, PhaseTracker};
 use crate::probability::{DensityEstimator, Probabilities};
+use crate::residual::{Foot, ResidualFilter};
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
 use crate::vector::Quaternion;
 use crate::window::Filling;
@@ -25,7 +26,8 @@ pub struct ContactEstimate {
     /// Orientation, sensor → world; heading is arbitrary. The identity with
     /// [`Gravity::Removed`].
     pub orientation: Quaternion,
-    /// Acceleration with gravity removed, sensor frame, m/s². Zero where it is not known.
+    /// Acceleration with gravity removed, and with [`Params::residual`](crate::Params::residual)
+    /// what quiet stances show to be left of it; sensor frame, m/s². Zero where it is not known.
     pub linear_acceleration: LinearAcceleration,
     /// Angular rate with bias removed, sensor frame, rad/s. Zero where it is not known.
     pub angular_rate: AngularRate,
@@ -42,6 +44,8 @@ pub struct ContactEstimator<const CAPACITY: usize> {
     /// The least time between two samples with one missing between them.
     gap_us: u64,
     attitude: AttitudeFilter,
+    /// None where nothing is to be taken out.
+    residual: Option<ResidualFilter>,
     density: DensityEstimator<CAPACITY>,
     phase: PhaseTracker,
     previous: Option<Timestamp>,
@@ -68,6 +72,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             period_us: config.period_us,
             gap_us: 2 * config.period_us - config.period_us / 4,
             attitude: AttitudeFilter::new(config),
+            residual: config.residual,
             density: DensityEstimator::new(config),
             phase: PhaseTracker::new(config.phase),
             previous: None,
@@ -102,12 +107,19 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             ..*sample
         });
         let probabilities = match (motion, validity) {
-            (Some((acceleration, rate)), Validity::Valid) => self.density.push(acceleration, rate),
+            (Some((acceleration, rate)), Validity::Valid) => {
+                let probabilities = self.density.push(acceleration, rate);
+                self.learn_residual(acceleration);
+                probabilities
+            }
             _ if self.alignment() == Alignment::Searching => {
                 // Nothing is known about the motion: the window stays empty, P stays 0.
                 flags = flags.with(Flag::AttitudeNotInitialised);
                 self.density.clear();
-                self.density.probabilities()
+                if let Some(residual) = &mut self.residual {
+                    residual.clear();
+                }
+                Probabilities::default()
             }
             _ => self.density.push_doubt(),
         };
@@ -185,12 +197,26 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             Gravity::Included => {
                 let gravity = self.attitude.orientation().up() * STANDARD_GRAVITY;
                 let bias = self.attitude.gyro_bias();
+                let free = match &self.residual {
+                    Some(residual) => force - gravity - residual.value(),
+                    None => force - gravity,
+                };
                 (
-                    LinearAcceleration(force - gravity),
+                    LinearAcceleration(free),
                     AngularRate(sample.angular_rate.0 - bias.0),
                 )
             }
         })
+    }
+
+    fn learn_residual(&mut self, acceleration: LinearAcceleration) {
+        if let Some(residual) = &mut self.residual {
+            let foot = match self.density.is_quiet() {
+                true => Foot::Quiet,
+                false => Foot::Moving,
+            };
+            residual.update(acceleration.0, foot);
+        }
     }
 
     fn alignment(&self) -> Alignment {
@@ -205,6 +231,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
 mod tests {
     use super::*;
     use crate::params::Params;
+    use crate::residual::Residual;
     use crate::sample::{Saturation, SpecificForce};
     use crate::vector::Vec3;
     use std::vec::Vec;
@@ -245,6 +272,13 @@ mod tests {
         assert_eq!(first, Some(49 + 20));
     }
 
+    /// That an axis has this share of the probability that it has at rest.
+    fn assert_share_of_rest(estimate: &ContactEstimate, share: f32) {
+        let at_rest = rested(60).density.probabilities().axes.ax;
+        let ratio = estimate.probabilities.axes.ax / at_rest;
+        assert!((ratio - share).abs() < 1e-6, "{estimate:?}");
+    }
+
     #[test]
     fn doubtful_samples_count_as_mass_zero_and_raise_their_flag() {
         for (validity, flag) in [
@@ -259,7 +293,8 @@ mod tests {
             };
             let estimate = estimator.update(&sample, None);
             assert_eq!(estimate.flags, Flags::NONE.with(flag));
-            assert_eq!(estimate.probabilities.axes.ax, 49.0 / 50.0, "{validity:?}");
+            // One of the ten in the shorter window.
+            assert_share_of_rest(&estimate, 9.0 / 10.0);
         }
     }
 
@@ -279,7 +314,7 @@ mod tests {
     #[test]
     fn samples_that_were_not_seen_count_as_mass_zero() {
         let estimate = rested(60).update(&at_rest(59_000 + 4_000), None);
-        assert_eq!(estimate.probabilities.axes.ax, 47.0 / 50.0);
+        assert_share_of_rest(&estimate, 7.0 / 10.0);
     }
 
     #[test]
@@ -350,6 +385,61 @@ mod tests {
             (settled.flags, settled.decision),
             (Flags::NONE, Decision::Stable)
         );
+    }
+
+    /// Feeds a foot that stands with an accelerometer whose bias is (0.2, 0, 0.15) m/s², hit hard
+    /// before each quarter of a second, as a running foot is; what is left in the end.
+    fn run(params: &Params) -> ContactEstimate {
+        let mut estimator = estimator(params);
+        let mut estimate = ContactEstimate::default();
+        for ms in 0..2_000 {
+            let swing = if ms > 500 && ms % 250 < 150 { 8.0 } else { 0.0 };
+            let sign = if ms % 50 < 25 { swing } else { -swing };
+            let sample = ImuSample {
+                specific_force: SpecificForce(Vec3::new(0.2 + sign, sign, STANDARD_GRAVITY + 0.15)),
+                ..at_rest(ms * 1000)
+            };
+            estimate = estimator.update(&sample, None);
+        }
+        estimate
+    }
+
+    #[test]
+    fn what_gravitys_removal_leaves_is_learnt_from_quiet_stances() {
+        let kept = Params {
+            residual: Residual::Kept,
+            ..Params::DEFAULT
+        };
+        let [kept, removed] = [kept, Params::DEFAULT].map(|params| run(&params));
+        let left = |estimate: &ContactEstimate| estimate.linear_acceleration.0.length();
+        assert!(left(&kept) > 0.15, "{kept:?}");
+        assert!(left(&removed) < 0.05, "{removed:?}");
+    }
+
+    #[test]
+    fn a_slow_slide_that_no_window_sees_is_seen_by_its_speed() {
+        let accelerations_only = Params {
+            slide: None,
+            ..GRAVITY_FREE
+        };
+        for (params, decision) in [
+            (GRAVITY_FREE, Decision::NotStable),
+            (accelerations_only, Decision::Stable),
+        ] {
+            let mut estimator = estimator(&params);
+            let mut estimate = ContactEstimate::default();
+            for ms in 0..300 {
+                // 15 mm/s after 100 ms, and on.
+                let push = if (200..300).contains(&ms) { 0.15 } else { 0.0 };
+                let sample = ImuSample {
+                    specific_force: SpecificForce(Vec3::new(0.0, push, 0.0)),
+                    ..at_rest(ms * 1000)
+                };
+                estimate = estimator.update(&sample, None);
+                assert!(!(80..200).contains(&ms) || estimate.decision == Decision::Stable);
+            }
+            assert_eq!(estimate.decision, decision);
+        }
     }
 
     #[test]

@@ -9,6 +9,8 @@ use crate::attitude::{AttitudeCoefficients, AttitudeParams};
 use crate::axis::PerAxis;
 use crate::kernel::Kernel;
 use crate::phase::PhaseCoefficients;
+use crate::residual::{Residual, ResidualFilter};
+use crate::slide::{SlideCoefficients, SlideParams};
 
 /// Standard gravity, m/s².
 pub const STANDARD_GRAVITY: f32 = 9.806_65;
@@ -63,14 +65,25 @@ pub struct Params {
     pub sample_rate: f32,
     /// Whether samples contain gravity.
     pub gravity: Gravity,
+    /// What becomes of the acceleration that quiet stances still show.
+    pub residual: Residual,
     /// The window: at least one sample, at most the estimator's capacity.
     pub window: WindowLength,
+    /// A second, shorter window, where there is one; an axis has the lower probability of the
+    /// two. As a duration it has at least [`SHORTEST_WINDOW`] samples, and where the long window
+    /// has no more than that, there is only the long one.
+    pub short_window: Option<WindowLength>,
+    /// The speed along the ground that counts as a slide; `None` looks at accelerations only.
+    pub slide: Option<SlideParams>,
     /// Kernel standard deviation h per axis, m/s² and rad/s: the sensor's noise at its filter
     /// setting. 1e-6 to 1e3.
     pub bandwidth: PerAxis<f32>,
     /// Half-width δ per axis, m/s² and rad/s: motion within ±δ counts as rest. It belongs to a
     /// robot and its controller and wants calibration. 1e-6 to 1e4.
     pub half_width: PerAxis<f32>,
+    /// How well half-widths are known, as a part of themselves: the edges of ±δ are blurred by a
+    /// standard deviation of so many half-widths. 0 to 1; 0 is the paper's sharp edge.
+    pub tolerance: f32,
     /// The attitude filter.
     pub attitude: AttitudeParams,
     /// The debounced decision.
@@ -91,17 +104,25 @@ impl Params {
     /// | field | value | reason |
     /// |---|---|---|
     /// | `sample_rate` | 1 kHz | the firmware's tick |
-    /// | `window` | 50 ms | the paper's 50 samples at the rate of its simulation |
+    /// | `residual` | removed | a running foot stands too briefly for the attitude filter: what is left of gravity adds up to a slide, in the simulated run in every third stance |
+    /// | `window` | 50 ms | the paper's 50 samples at the rate of its simulation; longer finds a landed foot later than after 60 ms |
+    /// | `short_window` | 10 ms | a fifth of it: a slip of the foot shows in half of its samples after 5 ms. Below that, single samples decide |
+    /// | `slide` | 5 mm/s over 70 ms | see [`SlideParams::DEFAULT`] |
     /// | `bandwidth` | 0.0196 m/s², 0.00122 rad/s | LSM6DSOX behind 333 and 335 Hz low-pass filters: 2.0 mg at ±16 g and 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz |
     /// | `half_width` | 0.4 m/s², 0.04 rad/s | the paper's values for ATLAS, until the robot's own are calibrated |
+    /// | `tolerance` | 0.4 | the edge is a ramp from 0.3 to 1.7 half-widths: by such factors do the authors' half-widths differ from those that calibration finds on their recordings |
     /// | `decision` | 0.5, 20 ms on, 0 ms off | what SERoW (P > 0.5) and Pronto (delays) use |
     /// | `load` | 12 N on, 6 N off | 10 % and 5 % of a GO1's weight of 12 kg |
     pub const DEFAULT: Self = Self {
         sample_rate: 1000.0,
         gravity: Gravity::Included,
+        residual: Residual::Removed,
         window: WindowLength::Duration(0.05),
+        short_window: Some(WindowLength::Duration(0.01)),
+        slide: Some(SlideParams::DEFAULT),
         bandwidth: PerAxis::by_sensor(2.0e-3 * STANDARD_GRAVITY, 0.070 * DEGREE),
         half_width: PerAxis::by_sensor(0.4, 0.04),
+        tolerance: 0.4,
         attitude: AttitudeParams::DEFAULT,
         decision: DecisionParams {
             threshold: 0.5,
@@ -120,9 +141,13 @@ impl Params {
     /// The load trigger is at 10 % and 5 % of the robot's weight of about 1.6 kN.
     pub const PAPER: Self = Self {
         gravity: Gravity::Removed,
+        residual: Residual::Kept,
         window: WindowLength::Samples(50),
+        short_window: None,
+        slide: None,
         bandwidth: PerAxis::by_sensor(0.024_67, 0.016_53),
         half_width: PerAxis::by_sensor(0.4, 0.04),
+        tolerance: 0.0,
         load: LoadParams {
             on_threshold: 160.0,
             off_threshold: 80.0,
@@ -162,6 +187,7 @@ impl Params {
         in_range("sample_rate", self.sample_rate, 20.0, 10_000.0)?;
         per_axis_in_range(&BANDWIDTH_FIELDS, self.bandwidth, 1.0e-6, 1.0e3)?;
         per_axis_in_range(&HALF_WIDTH_FIELDS, self.half_width, 1.0e-6, 1.0e4)?;
+        in_range("tolerance", self.tolerance, 0.0, 1.0)?;
         in_range("decision.threshold", self.decision.threshold, 0.01, 0.99)?;
         in_range("decision.on_delay", self.decision.on_delay, 0.0, 10.0)?;
         in_range("decision.off_delay", self.decision.off_delay, 0.0, 10.0)?;
@@ -169,11 +195,23 @@ impl Params {
         // Hysteresis: what switches off lies no higher than what switches on.
         let (off, on) = (self.load.off_threshold, self.load.on_threshold);
         in_range("load.off_threshold", off, -1.0e9, on)?;
+        let kernel = |bandwidth, half_width| Kernel::new(bandwidth, half_width, self.tolerance);
         Ok(Config {
             gravity: self.gravity,
             period_us: libm::roundf(1.0e6 / self.sample_rate) as u64,
             window_length: self.window_samples::<CAPACITY>()?,
-            kernels: self.bandwidth.zip_with(self.half_width, Kernel::new),
+            short_window_length: self.short_window_samples()?,
+            slide: match self.slide {
+                Some(slide) => slide.validate(self.sample_rate, self.half_width)?,
+                None => None,
+            },
+            residual: match (self.residual, self.gravity) {
+                (Residual::Removed, Gravity::Included) => {
+                    Some(ResidualFilter::new(self.sample_rate, self.half_width))
+                }
+                (Residual::Kept, _) | (_, Gravity::Removed) => None,
+            },
+            kernels: self.bandwidth.zip_with(self.half_width, kernel),
             attitude: self.attitude.validate(self.sample_rate)?,
             phase: PhaseCoefficients {
                 threshold: self.decision.threshold,
@@ -202,7 +240,24 @@ impl Params {
             })
         }
     }
+
+    /// 0 where there is no second window.
+    fn short_window_samples(&self) -> Result<usize, ParamsError> {
+        Ok(match self.short_window {
+            None => 0,
+            Some(WindowLength::Duration(seconds)) => {
+                in_range("short_window", seconds, 1.0e-4, 1.0e3)?;
+                let samples = libm::roundf(seconds * self.sample_rate) as usize;
+                samples.max(SHORTEST_WINDOW as usize)
+            }
+            Some(WindowLength::Samples(samples)) => samples as usize,
+        })
+    }
 }
+
+/// The fewest samples a shorter window that is given as a duration has: from fewer, one sample
+/// more or less decides, and a density is not to be had. At 100 Hz it is the window itself.
+pub const SHORTEST_WINDOW: u32 = 5;
 
 const BANDWIDTH_FIELDS: PerAxis<&str> = PerAxis {
     ax: "bandwidth.ax",
@@ -264,6 +319,9 @@ pub struct Config<const CAPACITY: usize> {
     pub(crate) gravity: Gravity,
     pub(crate) period_us: u64,
     pub(crate) window_length: usize,
+    short_window_length: usize,
+    pub(crate) slide: Option<SlideCoefficients>,
+    pub(crate) residual: Option<ResidualFilter>,
     pub(crate) kernels: PerAxis<Kernel>,
     pub(crate) attitude: AttitudeCoefficients,
     pub(crate) phase: PhaseCoefficients,
@@ -274,6 +332,12 @@ impl<const CAPACITY: usize> Config<CAPACITY> {
     #[must_use]
     pub const fn window_length(&self) -> usize {
         self.window_length
+    }
+
+    /// Length of the second window in samples; it is one only if it is at least 1 and less than
+    /// [`Self::window_length`].
+    pub(crate) const fn short_window_length(&self) -> usize {
+        self.short_window_length
     }
 }
 
@@ -334,6 +398,10 @@ mod tests {
         }
     }
 
+    fn set_slide(params: &mut Params, set: impl FnOnce(&mut SlideParams)) {
+        set(params.slide.get_or_insert(SlideParams::DEFAULT));
+    }
+
     #[test]
     fn the_presets_are_valid() {
         for preset in [Params::DEFAULT, Params::PAPER, Params::PAPER_GO1] {
@@ -354,15 +422,40 @@ mod tests {
     }
 
     #[test]
+    fn a_short_window_keeps_enough_samples_to_say_something() {
+        for (rate, samples) in [(1000.0, 10), (500.0, 5), (100.0, 5)] {
+            let params = Params {
+                sample_rate: rate,
+                ..Params::DEFAULT
+            };
+            let config = params.validate::<256>().expect("valid");
+            assert_eq!(config.short_window_length, samples, "{rate} Hz");
+        }
+    }
+
+    #[test]
+    fn the_papers_presets_are_the_papers_method_and_no_more() {
+        for preset in [Params::PAPER, Params::PAPER_GO1] {
+            let config = preset.validate::<256>().expect("valid");
+            assert_eq!(config.short_window_length, 0);
+            assert!(config.slide.is_none() && config.residual.is_none());
+            let sharp = |h, half_width| Kernel::new(h, half_width, 0.0);
+            let sharp = preset.bandwidth.zip_with(preset.half_width, sharp);
+            assert_eq!(config.kernels, sharp);
+        }
+    }
+
+    #[test]
     fn a_number_out_of_its_range_is_refused_with_the_name_of_its_field() {
         type Set = fn(&mut Params, f32);
         // Each field with a value that is just too small and one that is just too large.
-        let fields: [(&str, Set, f32, f32); 18] = [
+        let fields: [(&str, Set, f32, f32); 22] = [
             ("sample_rate", |p, v| p.sample_rate = v, 19.9, 10_001.0),
             ("bandwidth.ax", |p, v| p.bandwidth.ax = v, 0.9e-6, 1.1e3),
             ("bandwidth.wz", |p, v| p.bandwidth.wz = v, 0.9e-6, 1.1e3),
             ("half_width.ay", |p, v| p.half_width.ay = v, 0.9e-6, 1.1e4),
             ("half_width.wx", |p, v| p.half_width.wx = v, -0.04, 1.1e4),
+            ("tolerance", |p, v| p.tolerance = v, -0.01, 1.01),
             (
                 "decision.threshold",
                 |p, v| p.decision.threshold = v,
@@ -392,6 +485,24 @@ mod tests {
                 |p, v| p.load.off_threshold = v,
                 -2.0e9,
                 12.1,
+            ),
+            (
+                "short_window",
+                |p, v| p.short_window = Some(WindowLength::Duration(v)),
+                0.9e-4,
+                1.1e3,
+            ),
+            (
+                "slide.speed",
+                |p, v| set_slide(p, |slide| slide.speed = v),
+                0.9e-6,
+                1.1e3,
+            ),
+            (
+                "slide.time_constant",
+                |p, v| set_slide(p, |slide| slide.time_constant = v),
+                0.9e-3,
+                10.1,
             ),
             (
                 "attitude.gyro_timing",

@@ -1,9 +1,10 @@
-//! From motion to probability: six kernels, one window, and the paper's three products.
+//! From motion to probability: six kernels, one or two windows, and the paper's three products.
 
 use crate::axis::PerAxis;
 use crate::kernel::{Kernel, Mass};
 use crate::params::Config;
 use crate::sample::{AngularRate, LinearAcceleration};
+use crate::slide::Slide;
 use crate::window::{Filling, Window};
 
 /// How probable it is that the foot is in stable contact, and along which axes. Every value is
@@ -11,6 +12,9 @@ use crate::window::{Filling, Window};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Probabilities {
     /// Probability per axis that its true value lies within ±half-width (the paper's P(|m| < δ)).
+    /// Where there are several witnesses, the least favourable: the longer window, the shorter
+    /// one ([`Params::short_window`](crate::Params::short_window)), and along the ground the
+    /// speed picked up ([`Params::slide`](crate::Params::slide)).
     pub axes: PerAxis<f32>,
     /// No motion along the ground: P(ax)·P(ay)·P(ωz), the paper's conditions on `v_x`, `v_y` and `ω_z`.
     pub tangential: f32,
@@ -34,11 +38,14 @@ impl Probabilities {
 }
 
 /// The kernel density estimate of the paper, causal and in closed form: the window's masses and
-/// their mean.
+/// their mean, and what else may testify against an axis.
 #[derive(Clone, Debug)]
 pub struct DensityEstimator<const CAPACITY: usize> {
     kernels: PerAxis<Kernel>,
     window: Window<CAPACITY>,
+    slide: Option<Slide>,
+    /// Every axis at rest, according to the shortest window alone.
+    newest: f32,
 }
 
 impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
@@ -47,7 +54,9 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
     pub fn new(config: &Config<CAPACITY>) -> Self {
         Self {
             kernels: config.kernels,
-            window: Window::new(config.window_length()),
+            window: Window::new(config.window_length()).with_newest(config.short_window_length()),
+            slide: config.slide.map(Slide::new),
+            newest: 0.0,
         }
     }
 
@@ -60,29 +69,72 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         angular_rate: AngularRate,
     ) -> Probabilities {
         let (a, w) = (acceleration.0, angular_rate.0);
-        let motion = PerAxis::from_array([a.x, a.y, a.z, w.x, w.y, w.z]);
-        self.window
-            .push(self.kernels.zip_with(motion, |kernel, m| kernel.mass(m)));
-        self.probabilities()
+        self.window.push(PerAxis {
+            ax: self.kernels.ax.mass(a.x),
+            ay: self.kernels.ay.mass(a.y),
+            az: self.kernels.az.mass(a.z),
+            wx: self.kernels.wx.mass(w.x),
+            wy: self.kernels.wy.mass(w.y),
+            wz: self.kernels.wz.mass(w.z),
+        });
+        if let Some(slide) = &mut self.slide {
+            slide.push(acceleration);
+        }
+        self.testify()
     }
 
-    /// Takes in a sample that cannot be believed: mass 0 on every axis.
+    /// Takes in a sample that cannot be believed: mass 0 on every axis. It adds nothing to the
+    /// speed.
     #[inline]
     pub fn push_doubt(&mut self) -> Probabilities {
         self.window.push(PerAxis::splat(Mass::ZERO));
-        self.probabilities()
+        self.testify()
     }
 
-    /// What the window says now. 0 where it is empty.
+    /// Hears what the windows and the speed say now, and remembers whether the foot is quiet.
     #[inline]
+    fn testify(&mut self) -> Probabilities {
+        let whole = self.window.mean();
+        let (axes, newest) = match self.window.mean_of_newest() {
+            Some(newest) => (whole.zip_with(newest, lower), newest),
+            None => (whole, whole),
+        };
+        self.newest = Probabilities::from_axes(newest).stable;
+        Probabilities::from_axes(self.with_slide(axes))
+    }
+
+    #[inline]
+    fn with_slide(&self, mut axes: PerAxis<f32>) -> PerAxis<f32> {
+        if let Some(slide) = &self.slide {
+            let (x, y) = slide.probabilities();
+            axes.ax = lower(axes.ax, x);
+            axes.ay = lower(axes.ay, y);
+        }
+        axes
+    }
+
+    /// What the windows and the speed say now. 0 where there is no sample.
     #[must_use]
     pub fn probabilities(&self) -> Probabilities {
-        Probabilities::from_axes(self.window.mean())
+        let whole = self.window.mean();
+        let newest = self.window.mean_of_newest().unwrap_or(whole);
+        Probabilities::from_axes(self.with_slide(whole.zip_with(newest, lower)))
     }
 
-    /// Forgets every sample.
+    /// Forgets every sample: the probabilities are 0 until the next.
     pub fn clear(&mut self) {
         self.window.clear();
+        if let Some(slide) = &mut self.slide {
+            slide.clear();
+        }
+        self.newest = 0.0;
+    }
+
+    /// Whether the shortest window finds it more probable than not that every axis is at rest.
+    #[inline]
+    #[must_use]
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.newest >= QUIET
     }
 
     /// Length of the window in samples.
@@ -96,4 +148,13 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
     pub const fn filling(&self) -> Filling {
         self.window.filling()
     }
+}
+
+/// More probable than not.
+const QUIET: f32 = 0.5;
+
+/// Neither is NaN.
+#[inline]
+fn lower(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
 }

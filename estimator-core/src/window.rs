@@ -1,20 +1,88 @@
-//! The trailing window: a ring of masses and their exact sum.
+//! The trailing window: a ring of masses and the exact sums over its newest.
 //!
 //! Masses are integers, so the running sum is the sum, whatever has passed through: no drift
 //! after a billion samples, no dependence on order, and one addition and one subtraction per
 //! axis whatever the window's length is.
+//!
+//! A second, shorter window reads the same ring: it forgets a landing and notices a slip in a
+//! fraction of the time, where the long one knows better whether a foot has come to rest.
 
 use crate::axis::PerAxis;
 use crate::kernel::Mass;
 
-/// The last *n* samples' masses on all six axes, 1 ≤ n ≤ `CAPACITY`, with *n* chosen at run time.
+/// The last *n* samples' masses on all six axes, 1 ≤ n ≤ `CAPACITY`, with *n* chosen at run time,
+/// and the sums over all of them and over the newest few.
 #[derive(Clone, Debug)]
 pub struct Window<const CAPACITY: usize> {
     ring: [PerAxis<Mass>; CAPACITY],
+    whole: Trailing,
+    newest: Option<Trailing>,
+    next: usize,
+}
+
+/// The sum over the newest samples of a ring.
+#[derive(Clone, Copy, Debug)]
+struct Trailing {
     sum: PerAxis<u64>,
     length: usize,
     filled: usize,
-    next: usize,
+    /// What a full window's sum is multiplied by for the mean.
+    inverse: f32,
+}
+
+impl Trailing {
+    const fn new(length: usize) -> Self {
+        Self {
+            sum: PerAxis::splat(0),
+            length,
+            filled: 0,
+            inverse: 1.0 / (length as f32 * Mass::ONE.steps() as f32),
+        }
+    }
+
+    /// Takes in the newest sample's masses; `oldest` are those from `length` samples before it.
+    #[inline]
+    fn push(&mut self, masses: &PerAxis<Mass>, oldest: &PerAxis<Mass>) {
+        let full = self.filled == self.length;
+        self.filled += usize::from(!full);
+        // All bits where the oldest leave, none where there are none yet.
+        let leaving = u32::from(full).wrapping_neg();
+        // In place, axis by axis: an MCU would copy sums more often than it adds. Masses have 25
+        // bits, so their difference fits into 32 with its sign.
+        let change = |sum: &mut u64, mass: Mass, oldest: Mass| {
+            let difference = mass.steps() as i32 - (oldest.steps() & leaving) as i32;
+            *sum = sum.wrapping_add_signed(difference.into());
+        };
+        change(&mut self.sum.ax, masses.ax, oldest.ax);
+        change(&mut self.sum.ay, masses.ay, oldest.ay);
+        change(&mut self.sum.az, masses.az, oldest.az);
+        change(&mut self.sum.wx, masses.wx, oldest.wx);
+        change(&mut self.sum.wy, masses.wy, oldest.wy);
+        change(&mut self.sum.wz, masses.wz, oldest.wz);
+    }
+
+    /// [`Self::mean`] within two roundings, without divisions where the window is full.
+    #[inline]
+    fn quick_mean(&self) -> PerAxis<f32> {
+        if self.filled == self.length {
+            self.sum.map(|sum| nearest(sum) * self.inverse)
+        } else {
+            self.mean()
+        }
+    }
+
+    #[inline]
+    fn mean(&self) -> PerAxis<f32> {
+        let whole = nearest(self.filled.max(1) as u64 * u64::from(Mass::ONE.steps()));
+        PerAxis {
+            ax: nearest(self.sum.ax) / whole,
+            ay: nearest(self.sum.ay) / whole,
+            az: nearest(self.sum.az) / whole,
+            wx: nearest(self.sum.wx) / whole,
+            wy: nearest(self.sum.wy) / whole,
+            wz: nearest(self.sum.wz) / whole,
+        }
+    }
 }
 
 /// How much of a [`Window`] holds samples.
@@ -33,33 +101,42 @@ impl<const CAPACITY: usize> Window<CAPACITY> {
         const { assert!(CAPACITY > 0, "a window needs room for at least one sample") };
         Self {
             ring: [PerAxis::splat(Mass::ZERO); CAPACITY],
-            sum: PerAxis::splat(0),
-            length: length.clamp(1, CAPACITY),
-            filled: 0,
+            whole: Trailing::new(length.clamp(1, CAPACITY)),
+            newest: None,
             next: 0,
         }
+    }
+
+    /// The same, with a second window over the newest `length` samples. Without effect where that
+    /// is none, or all.
+    #[must_use]
+    pub fn with_newest(mut self, length: usize) -> Self {
+        let shorter = (1..self.whole.length).contains(&length);
+        self.newest = shorter.then_some(Trailing::new(length));
+        self
     }
 
     /// Takes in the newest sample's masses and, where the window is full, lets go of the oldest.
     #[inline]
     pub fn push(&mut self, masses: PerAxis<Mass>) {
+        if let Some(newest) = &mut self.newest {
+            // Both numbers are at most the length of the whole.
+            let place = match self.next.checked_sub(newest.length) {
+                Some(place) => place,
+                None => self.next + self.whole.length - newest.length,
+            };
+            if let Some(leaving) = self.ring.get(place) {
+                newest.push(&masses, leaving);
+            }
+        }
         // `next` stays below `length`, which is at most CAPACITY: the slot is always there.
         let Some(slot) = self.ring.get_mut(self.next) else {
             return;
         };
-        let oldest = core::mem::replace(slot, masses);
-        let leaving = if self.filled == self.length {
-            oldest
-        } else {
-            self.filled += 1;
-            PerAxis::splat(Mass::ZERO)
-        };
-        self.sum = self
-            .sum
-            .zip_with(masses, |sum, mass| sum + u64::from(mass.steps()))
-            .zip_with(leaving, |sum, mass| sum - u64::from(mass.steps()));
+        self.whole.push(&masses, slot);
+        *slot = masses;
         self.next += 1;
-        if self.next == self.length {
+        if self.next == self.whole.length {
             self.next = 0;
         }
     }
@@ -69,27 +146,33 @@ impl<const CAPACITY: usize> Window<CAPACITY> {
     #[inline]
     #[must_use]
     pub fn mean(&self) -> PerAxis<f32> {
-        let whole = nearest(self.filled.max(1) as u64 * u64::from(Mass::ONE.steps()));
-        self.sum.map(|sum| nearest(sum) / whole)
+        self.whole.mean()
+    }
+
+    /// The same over the newest samples; `None` where there is but one window.
+    #[inline]
+    #[must_use]
+    pub fn mean_of_newest(&self) -> Option<PerAxis<f32>> {
+        self.newest.as_ref().map(Trailing::quick_mean)
     }
 
     /// Forgets every sample. O(1): what lies in the ring is never read again.
     pub fn clear(&mut self) {
-        self.sum = PerAxis::splat(0);
-        self.filled = 0;
+        self.whole = Trailing::new(self.whole.length);
+        self.newest = self.newest.map(|newest| Trailing::new(newest.length));
         self.next = 0;
     }
 
     /// Length of the window in samples.
     #[must_use]
     pub const fn length(&self) -> usize {
-        self.length
+        self.whole.length
     }
 
     /// Whether the window holds as many samples as it is long.
     #[must_use]
     pub const fn filling(&self) -> Filling {
-        if self.filled == self.length {
+        if self.whole.filled == self.whole.length {
             Filling::Full
         } else {
             Filling::Partial
@@ -111,11 +194,11 @@ fn nearest(sum: u64) -> f32 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::vec::Vec;
 
-    /// What the running sum must be, added up anew from the ring.
-    fn recomputed_sum<const CAPACITY: usize>(window: &Window<CAPACITY>) -> PerAxis<u64> {
-        let held = window.ring.iter().take(window.filled);
-        held.fold(PerAxis::splat(0), |sum, masses| {
+    /// What a running sum must be, added up anew.
+    fn sum_of(masses: &[PerAxis<Mass>]) -> PerAxis<u64> {
+        masses.iter().fold(PerAxis::splat(0), |sum, masses| {
             sum.zip_with(*masses, |sum, mass| sum + u64::from(mass.steps()))
         })
     }
@@ -154,6 +237,23 @@ mod tests {
     }
 
     #[test]
+    fn the_newest_samples_have_a_mean_of_their_own() {
+        let mut window = Window::<8>::new(6).with_newest(2);
+        for mass in [1.0, 1.0, 1.0, 0.0, 0.5, 0.0] {
+            window.push(masses(mass));
+        }
+        assert_eq!(window.mean_of_newest(), Some(PerAxis::splat(0.25)));
+    }
+
+    #[test]
+    fn a_second_window_of_no_sample_or_of_all_is_none() {
+        for length in [0, 4, 5] {
+            let window = Window::<8>::new(4).with_newest(length);
+            assert_eq!(window.mean_of_newest(), None, "{length}");
+        }
+    }
+
+    #[test]
     fn a_length_outside_the_capacity_is_limited_to_it() {
         assert_eq!(Window::<8>::new(0).length(), 1);
         assert_eq!(Window::<8>::new(9).length(), 8);
@@ -172,18 +272,27 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_running_sum_is_the_sum_of_the_ring_after_any_history(
+        fn the_running_sums_are_those_of_the_newest_samples_after_any_history(
             length in 1_usize..=64,
+            newest in 0_usize..=64,
             history in prop::collection::vec(prop::array::uniform6(0.0_f32..=1.0), 0..2_000),
             clear_at in 0_usize..2_000,
         ) {
-            let mut window = Window::<64>::new(length);
+            let mut window = Window::<64>::new(length).with_newest(newest);
+            let mut since_clear = Vec::new();
             for (i, mass) in history.iter().enumerate() {
                 if i == clear_at {
                     window.clear();
+                    since_clear.clear();
                 }
-                window.push(PerAxis::from_array(*mass).map(Mass::from_f32));
-                prop_assert_eq!(window.sum, recomputed_sum(&window));
+                let masses = PerAxis::from_array(*mass).map(Mass::from_f32);
+                window.push(masses);
+                since_clear.push(masses);
+                for trailing in [Some(window.whole), window.newest].into_iter().flatten() {
+                    let held = since_clear.len().min(trailing.length);
+                    prop_assert_eq!(trailing.filled, held);
+                    prop_assert_eq!(trailing.sum, sum_of(&since_clear[since_clear.len() - held..]));
+                }
             }
         }
 

@@ -6,3 +6,4 @@ pub mod committed;
 pub mod datasets;
 pub mod oracle;
 pub mod requirements;
+pub mod slips;

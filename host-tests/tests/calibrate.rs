@@ -3,6 +3,7 @@
 
 use std::fs;
 
+use estimator_core::calibration::LEAST;
 use estimator_core::{Gravity, Params, PerAxis, Vec3};
 use footfall::calibrate::half_width::{HalfWidthCalibration, HalfWidths};
 use footfall::calibrate::sensor::{RestsError, SensorCalibration};
@@ -83,7 +84,8 @@ fn true_half_widths(simulation: &Simulation, seed: u64) -> PerAxis<f32> {
         axis += 1;
         values.sort_by(f64::total_cmp);
         let spread = 1.4826 * values[values.len() / 2];
-        (4.0 * spread.hypot(h.into())) as f32
+        let least = if axis <= 3 { LEAST.0 } else { LEAST.1 };
+        ((4.0 * spread.hypot(h.into())) as f32).max(least)
     })
 }
 

@@ -3,8 +3,8 @@
 use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, ContactEstimator, Decision, DecisionParams,
     DensityEstimator, Flag, Flags, Gravity, GyroTiming, ImuSample, LinearAcceleration, Load,
-    LoadParams, Params, PerAxis, Phase, RestParams, Saturation, SpecificForce, Timestamp, Validity,
-    Vec3, WindowLength,
+    LoadParams, Params, PerAxis, Phase, Residual, RestParams, Saturation, SlideParams,
+    SpecificForce, Timestamp, Validity, Vec3, WindowLength,
 };
 use proptest::prelude::*;
 
@@ -96,12 +96,20 @@ prop_compose! {
         bandwidth in prop::array::uniform6(scale(2.0e-6, 9.0e2)).prop_map(PerAxis::from_array),
         half_width in prop::array::uniform6(scale(2.0e-6, 9.0e3)).prop_map(PerAxis::from_array),
         sample_rate in scale(21.0, 9.0e3),
+        short_window in prop::option::of((0_u32..=300).prop_map(WindowLength::Samples)),
+        slide in prop::option::of(
+            (scale(1.1e-6, 9.0e2), scale(1.1e-3, 9.0))
+                .prop_map(|(speed, time_constant)| SlideParams { speed, time_constant }),
+        ),
+        residual in prop_oneof![Just(Residual::Kept), Just(Residual::Removed)],
+        tolerance in 0.0_f32..=1.0,
         attitude in any_attitude(),
         (threshold, on_delay, off_delay) in (0.01_f32..=0.99, 0.0_f32..=0.1, 0.0_f32..=0.1),
         (on_threshold, hysteresis) in (-1.0e3_f32..=1.0e3, 0.0_f32..=1.0e3),
     ) -> Params {
         Params {
-            sample_rate, gravity, window, bandwidth, half_width, attitude,
+            sample_rate, gravity, residual, window, short_window, slide, bandwidth, half_width,
+            tolerance, attitude,
             decision: DecisionParams { threshold, on_delay, off_delay },
             load: LoadParams { on_threshold, off_threshold: on_threshold - hysteresis },
         }
@@ -158,7 +166,8 @@ proptest! {
         value in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
         at in 0_usize..50,
     ) {
-        let params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
+        // One window, whose masses are whole at rest.
+        let params = Params { gravity: Gravity::Removed, bandwidth: Params::DEFAULT.bandwidth, ..Params::PAPER };
         let mut estimator = estimator(&params);
         for k in 0..50_usize {
             let mut motion = [0.0; 6];
@@ -193,7 +202,9 @@ proptest! {
         bandwidth in prop::array::uniform6(0.001_f32..0.5),
         wider in prop::array::uniform6(1.0_f32..3.0),
     ) {
+        // Of a speed more is remembered the wider its half-width is, so that it lasts longer.
         let narrow = Params {
+            slide: None,
             bandwidth: PerAxis::from_array(bandwidth),
             half_width: PerAxis::from_array(half_width),
             ..Params::DEFAULT

@@ -1,7 +1,8 @@
 //! The values of all settings: what the configuration is, in the form in which it is stored.
 
 use estimator_core::{
-    AttitudeParams, DecisionParams, LoadParams, Params, PerAxis, RestParams, WindowLength,
+    AttitudeParams, DecisionParams, LoadParams, Params, PerAxis, Residual, RestParams, SlideParams,
+    WindowLength,
 };
 
 use crate::abort::AbortCode;
@@ -317,7 +318,23 @@ impl Settings {
     #[must_use]
     pub fn params(&self) -> Params {
         Params {
+            residual: match self.u8(slot!(WITNESSES, 5)) {
+                0 => Residual::Kept,
+                _ => Residual::Removed,
+            },
             window: WindowLength::Duration(self.seconds(slot!(WINDOW, 0))),
+            short_window: match self.seconds(slot!(WITNESSES, 1)) {
+                0.0 => None,
+                seconds => Some(WindowLength::Duration(seconds)),
+            },
+            slide: match self.f32(slot!(WITNESSES, 2)) {
+                0.0 => None,
+                speed => Some(SlideParams {
+                    speed,
+                    time_constant: self.f32(slot!(WITNESSES, 3)),
+                }),
+            },
+            tolerance: self.f32(slot!(WITNESSES, 4)),
             bandwidth: self.per_axis(slot!(BANDWIDTH, 1)),
             half_width: self.per_axis(slot!(HALF_WIDTH, 1)),
             attitude: AttitudeParams {
@@ -442,6 +459,46 @@ mod tests {
                 assert!(refused.is_err(), "{address:?} may be {value:?}");
             }
         }
+    }
+
+    #[test]
+    fn what_testifies_beside_the_window_can_be_left_out() {
+        let mut settings = Settings::default();
+        for (subindex, value) in [
+            (1, Value::U32(0)),
+            (2, Value::F32(0.0)),
+            (4, Value::F32(0.0)),
+            (5, Value::U8(0)),
+        ] {
+            let address = Address::new(index::WITNESSES, subindex);
+            assert_eq!(settings.set(address, value), Ok(()));
+        }
+        let expected = Params {
+            short_window: None,
+            slide: None,
+            tolerance: 0.0,
+            residual: Residual::Kept,
+            ..Params::DEFAULT
+        };
+        assert_eq!(settings.params(), expected);
+        // Between none and the least there is nothing.
+        let speed = Address::new(index::WITNESSES, 2);
+        assert_eq!(
+            settings.set(speed, Value::F32(1.0e-7)),
+            Err(AbortCode::Incompatible)
+        );
+        assert_eq!(settings.params(), expected);
+    }
+
+    #[test]
+    fn settings_from_before_there_were_witnesses_come_back_with_their_defaults() {
+        let mut settings = Settings::default();
+        let window = Address::new(index::WINDOW, 0);
+        assert_eq!(settings.set(window, Value::U32(40_000)), Ok(()));
+        let older = settings
+            .iter()
+            .filter(|(address, _)| address.index != index::WITNESSES);
+        assert_eq!(Settings::set_all(older), (settings.clone(), 0));
     }
 
     #[test]

@@ -19,8 +19,8 @@ use core::task::{Context, Poll, Waker};
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, ContactEstimator, DecisionParams, Gravity,
-    ImuSample, Load, LoadParams, Params, PerAxis, Phase, Probabilities, Quaternion, RestParams,
-    Saturation, SpecificForce, Timestamp, Validity, Vec3, WindowLength,
+    ImuSample, Load, LoadParams, Params, PerAxis, Phase, Probabilities, Quaternion, Residual,
+    RestParams, Saturation, SlideParams, SpecificForce, Timestamp, Validity, Vec3, WindowLength,
 };
 use lsm6dsox::{Config, FrequencyFine, FrozenDetector, Lsm6dsox, SensorTimestamp};
 use wire::node::BootCause;
@@ -132,14 +132,29 @@ fn any_per_axis() -> PerAxis<f32> {
     PerAxis::from_array(any())
 }
 
+fn any_window() -> WindowLength {
+    if any_bool() {
+        WindowLength::Duration(any())
+    } else {
+        WindowLength::Samples(any())
+    }
+}
+
 fn any_params() -> Params {
     Params {
         sample_rate: any(),
-        window: if any_bool() {
-            WindowLength::Duration(any())
+        window: any_window(),
+        short_window: any_bool().then(any_window),
+        slide: any_bool().then(|| SlideParams {
+            speed: any(),
+            time_constant: any(),
+        }),
+        residual: if any_bool() {
+            Residual::Kept
         } else {
-            WindowLength::Samples(any())
+            Residual::Removed
         },
+        tolerance: any(),
         bandwidth: any_per_axis(),
         half_width: any_per_axis(),
         gravity: if any_bool() {

@@ -10,6 +10,9 @@
 //! sample_rate_hz = 500.0
 //! gravity = "included"            # or "removed"
 //! window = "50ms"                 # or "25samples"
+//! short_window = "10ms"           # or "none"
+//! residual = "removed"            # what gravity's removal leaves; or "kept"
+//! tolerance = 0.4                 # how well half-widths are known, as a part of themselves
 //!
 //! [bandwidth]                     # kernel standard deviation h: the sensor's noise
 //! acceleration_m_s2 = 0.02
@@ -18,6 +21,11 @@
 //! [half_width]                    # δ: motion within ±δ counts as rest
 //! acceleration_m_s2 = { ax = 0.4, ay = 0.4, az = 0.8 }
 //! angular_rate_rad_s = 0.04
+//!
+//! [slide]                         # speed along the ground that a foot may pick up
+//! mode = "on"                     # "off" looks at accelerations only
+//! speed_m_s = 0.005
+//! time_constant_s = 0.07
 //!
 //! [decision]
 //! threshold = 0.5
@@ -58,13 +66,14 @@ mod attitude;
 mod axes;
 mod correction;
 mod refusal;
+mod slide;
 mod value;
 
 use std::path::Path;
 use std::{fs, io};
 
 use clap::ValueEnum;
-use estimator_core::{Gravity, Params, WindowLength};
+use estimator_core::{Gravity, Params, Residual, WindowLength};
 use firmware::imu::default_params;
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
@@ -73,7 +82,11 @@ pub use attitude::{AttitudeOverrides, RestOverrides};
 pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
 pub use correction::{AccelerometerOverrides, GyroscopeOverrides};
 pub use refusal::{Origins, RateOrigin, Refusal};
-pub use value::{parse_gravity, parse_gyro_timing, parse_sample_rate, parse_window};
+pub use slide::{SlideMode, SlideOverrides};
+pub use value::{
+    parse_gravity, parse_gyro_timing, parse_residual, parse_sample_rate, parse_short_window,
+    parse_window,
+};
 
 use crate::input::{Correction, Format};
 use crate::probability_map::ProbabilityMap;
@@ -121,6 +134,17 @@ pub struct Overrides {
     /// Length of the window, as [`parse_window`] reads it.
     #[serde(default, deserialize_with = "window")]
     pub window: Option<WindowLength>,
+    /// The second, shorter window, as [`parse_short_window`] reads it.
+    #[serde(default, deserialize_with = "short_window")]
+    pub short_window: Option<Option<WindowLength>>,
+    /// What becomes of the acceleration that quiet stances still show.
+    #[serde(default, deserialize_with = "residual")]
+    pub residual: Option<Residual>,
+    /// How well half-widths are known, as a part of themselves.
+    pub tolerance: Option<f32>,
+    /// The speed along the ground that counts as a slide.
+    #[serde(default)]
+    pub slide: SlideOverrides,
     /// Kernel standard deviations h.
     #[serde(default)]
     pub bandwidth: SensorOverrides,
@@ -238,6 +262,10 @@ impl Overrides {
         set(&mut params.sample_rate, self.sample_rate_hz);
         set(&mut params.gravity, self.gravity);
         set(&mut params.window, self.window);
+        set(&mut params.short_window, self.short_window);
+        set(&mut params.residual, self.residual);
+        set(&mut params.tolerance, self.tolerance);
+        self.slide.apply(&mut params.slide);
         self.bandwidth.apply(&mut params.bandwidth);
         self.half_width.apply(&mut params.half_width);
         self.attitude.apply(&mut params.attitude);
@@ -262,18 +290,31 @@ fn sample_rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>
         .map_err(serde::de::Error::custom)
 }
 
-fn window<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<WindowLength>, D::Error> {
+/// A value that is written as a word.
+fn word<'de, D: Deserializer<'de>, T>(
+    deserializer: D,
+    parse: impl FnOnce(&str) -> Result<T, String>,
+) -> Result<Option<T>, D::Error> {
     let text = String::deserialize(deserializer)?;
-    parse_window(&text)
-        .map(Some)
-        .map_err(serde::de::Error::custom)
+    parse(&text).map(Some).map_err(serde::de::Error::custom)
+}
+
+fn window<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<WindowLength>, D::Error> {
+    word(deserializer, parse_window)
+}
+
+fn short_window<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<Option<WindowLength>>, D::Error> {
+    word(deserializer, parse_short_window)
+}
+
+fn residual<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Residual>, D::Error> {
+    word(deserializer, parse_residual)
 }
 
 fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Gravity>, D::Error> {
-    let text = String::deserialize(deserializer)?;
-    parse_gravity(&text)
-        .map(Some)
-        .map_err(serde::de::Error::custom)
+    word(deserializer, parse_gravity)
 }
 
 /// The key that stands on a line (from 1), with the table it is in.
@@ -294,7 +335,7 @@ fn key_on_line(text: &str, line: usize) -> Option<String> {
 mod tests {
     use super::*;
     use estimator_core::{
-        AttitudeParams, DecisionParams, GyroTiming, LoadParams, PerAxis, RestParams,
+        AttitudeParams, DecisionParams, GyroTiming, LoadParams, PerAxis, RestParams, SlideParams,
     };
 
     fn applied(text: &str) -> Params {
@@ -316,6 +357,8 @@ mod tests {
     fn every_key_reaches_its_parameter() {
         let params = applied(
             "sample_rate_hz = 500\ngravity = 'removed'\nwindow = '25samples'\n\
+             short_window = '7samples'\nresidual = 'kept'\ntolerance = 0.2\n\
+             [slide]\nspeed_m_s = 21\ntime_constant_s = 22\n\
              [bandwidth]\nacceleration_m_s2 = 1\nangular_rate_rad_s = 2.0\n\
              [half_width]\nacceleration_m_s2 = { ax = 3, ay = 4, az = 5 }\n\
              angular_rate_rad_s = { wx = 6, wy = 7, wz = 8 }\n\
@@ -329,7 +372,14 @@ mod tests {
         let expected = Params {
             sample_rate: 500.0,
             gravity: Gravity::Removed,
+            residual: Residual::Kept,
             window: WindowLength::Samples(25),
+            short_window: Some(WindowLength::Samples(7)),
+            slide: Some(SlideParams {
+                speed: 21.0,
+                time_constant: 22.0,
+            }),
+            tolerance: 0.2,
             bandwidth: PerAxis::by_sensor(1.0, 2.0),
             half_width: PerAxis::from_array([3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
             attitude: AttitudeParams {
@@ -357,6 +407,27 @@ mod tests {
             },
         };
         assert_eq!(params, expected);
+    }
+
+    #[test]
+    fn what_the_default_preset_adds_to_the_papers_method_can_be_left_out() {
+        let params = applied(
+            "short_window = 'none'\nresidual = 'kept'\ntolerance = 0\n[slide]\nmode = 'off'\n",
+        );
+        assert_eq!((params.short_window, params.slide), (None, None));
+        assert_eq!((params.residual, params.tolerance), (Residual::Kept, 0.0));
+    }
+
+    #[test]
+    fn a_slide_that_the_preset_leaves_out_begins_with_the_default() {
+        let mut params = Params::PAPER;
+        let overrides = Overrides::parse("slide.speed_m_s = 0.02", "x.toml").unwrap();
+        overrides.apply(&mut params);
+        let expected = SlideParams {
+            speed: 0.02,
+            ..SlideParams::DEFAULT
+        };
+        assert_eq!(params.slide, Some(expected));
     }
 
     #[test]

@@ -155,6 +155,7 @@ enum Unit {
     Seconds,
     /// Written in ms, although the field is in s.
     Milliseconds,
+    MetresPerSecond,
     MetresPerSecondSquared,
     RadiansPerSecond,
 }
@@ -178,6 +179,7 @@ impl Unit {
             Self::None | Self::Milliseconds => "",
             Self::Hertz => "_hz",
             Self::Seconds => "_s",
+            Self::MetresPerSecond => "_m_s",
             Self::MetresPerSecondSquared => "_m_s2",
             Self::RadiansPerSecond => "_rad_s",
         }
@@ -191,6 +193,7 @@ impl fmt::Display for Unit {
             Self::Hertz => " Hz",
             Self::Seconds => " s",
             Self::Milliseconds => " ms",
+            Self::MetresPerSecond => " m/s",
             Self::MetresPerSecondSquared => " m/s²",
             Self::RadiansPerSecond => " rad/s",
         })
@@ -214,12 +217,14 @@ impl Name {
         }
         let unit = match last {
             "sample_rate" => Unit::Hertz,
-            "window" | "gyro_timing" => Unit::Milliseconds,
+            "window" | "short_window" | "gyro_timing" => Unit::Milliseconds,
             "on_delay"
             | "off_delay"
             | "duration"
+            | "time_constant"
             | "motion_time_constant"
             | "bias_time_constant" => Unit::Seconds,
+            "speed" => Unit::MetresPerSecond,
             "acceleration" | "quiet_acceleration" => Unit::MetresPerSecondSquared,
             "rate" | "quiet_rate" | "bias_limit" => Unit::RadiansPerSecond,
             _ => Unit::None,
@@ -264,6 +269,19 @@ mod tests {
                 "window = '0ms'",
                 "window is 0 ms, allowed is 0.1 to 1000000 ms",
             ),
+            (
+                "short_window = '0ms'",
+                "short_window is 0 ms, allowed is 0.1 to 1000000 ms",
+            ),
+            (
+                "slide.speed_m_s = 0",
+                "slide.speed_m_s is 0 m/s, allowed is 1e-6 to 1000 m/s",
+            ),
+            (
+                "slide.time_constant_s = 0",
+                "slide.time_constant_s is 0 s, allowed is 0.001 to 10 s",
+            ),
+            ("tolerance = 2", "tolerance is 2, allowed is 0 to 1"),
             (
                 "bandwidth.acceleration_m_s2 = -1",
                 "bandwidth.acceleration_m_s2 (ax) is -1 m/s², allowed is 1e-6 to 1000 m/s²",

@@ -1,6 +1,6 @@
 //! Values that are written as words, in files and on the command line alike.
 
-use estimator_core::{Gravity, GyroTiming, WindowLength};
+use estimator_core::{Gravity, GyroTiming, Residual, WindowLength};
 
 /// Reads a window's length: a duration such as `50ms`, or a count such as `50samples`.
 ///
@@ -14,6 +14,31 @@ pub fn parse_window(text: &str) -> Result<WindowLength, String> {
     window.ok_or_else(|| {
         format!("{text:?} is no window: write a duration such as 50ms or a count such as 50samples")
     })
+}
+
+/// Reads the shorter window's length as [`parse_window`] does, or `none`.
+///
+/// # Errors
+/// A sentence that says how to write it.
+pub fn parse_short_window(text: &str) -> Result<Option<WindowLength>, String> {
+    match text {
+        "none" => Ok(None),
+        _ => parse_window(text)
+            .map(Some)
+            .map_err(|message| message + ", or none for but one window"),
+    }
+}
+
+/// Reads whether what gravity's removal leaves is `removed` or `kept`.
+///
+/// # Errors
+/// A sentence that names both words.
+pub fn parse_residual(text: &str) -> Result<Residual, String> {
+    match text {
+        "removed" => Ok(Residual::Removed),
+        "kept" => Ok(Residual::Kept),
+        _ => Err(format!("{text:?} is neither \"removed\" nor \"kept\"")),
+    }
 }
 
 /// Reads a sample rate in Hz, which is above 0.
@@ -73,6 +98,17 @@ fn duration(text: &str) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_short_window_may_be_none_and_a_residual_kept_or_removed() {
+        let ten = Some(WindowLength::Duration(0.01));
+        assert_eq!(parse_short_window("10ms"), Ok(ten));
+        assert_eq!(parse_short_window("none"), Ok(None));
+        assert!(parse_short_window("10").is_err_and(|message| message.ends_with("one window")));
+        assert_eq!(parse_residual("kept"), Ok(Residual::Kept));
+        assert_eq!(parse_residual("removed"), Ok(Residual::Removed));
+        assert!(parse_residual("gone").is_err());
+    }
 
     #[test]
     fn a_window_is_a_duration_or_a_count() {

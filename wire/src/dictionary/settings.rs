@@ -1,6 +1,6 @@
 //! 0x2000 to 0x20FF: the configuration of the foot.
 
-use estimator_core::{AttitudeParams, Params, PerAxis, WindowLength};
+use estimator_core::{AttitudeParams, Params, PerAxis, Residual, SlideParams, WindowLength};
 
 use super::{Entry, Limits, Object, Shape, Text, index};
 use crate::foot::Foot;
@@ -14,9 +14,47 @@ const fn micros(seconds: f32) -> Value {
     Value::U32((seconds as f64 * 1.0e6 + 0.5) as u32)
 }
 
-const WINDOW_US: Value = match Params::DEFAULT.window {
-    WindowLength::Duration(seconds) => micros(seconds),
-    WindowLength::Samples(samples) => micros(samples as f32 / Params::DEFAULT.sample_rate),
+const fn window_us(window: WindowLength) -> Value {
+    match window {
+        WindowLength::Duration(seconds) => micros(seconds),
+        WindowLength::Samples(samples) => micros(samples as f32 / Params::DEFAULT.sample_rate),
+    }
+}
+
+/// What else testifies of an axis, and how sharply: what the default preset adds to the paper's
+/// method.
+const WITNESSES: &[Entry] = {
+    const SHORT_WINDOW: Value = match Params::DEFAULT.short_window {
+        Some(window) => window_us(window),
+        None => Value::U32(0),
+    };
+    const SLIDE: SlideParams = match Params::DEFAULT.slide {
+        Some(slide) => slide,
+        None => SlideParams {
+            speed: 0.0,
+            ..SlideParams::DEFAULT
+        },
+    };
+    &[
+        Entry::setting(1, "Short window", SHORT_WINDOW)
+            .range(Value::U32(0), Value::U32(256_000))
+            .unit("µs")
+            .doc("an axis has the lower probability of both windows; 0: there is but one"),
+        real(2, "Slide speed", SLIDE.speed, 0.0, 1.0e3)
+            .unit("m/s")
+            .doc("speed along the ground within which a foot rests; 0: accelerations only"),
+        real(3, "Slide time constant", SLIDE.time_constant, 1.0e-3, 10.0)
+            .unit("s")
+            .doc("for how long speed is remembered"),
+        real(4, "Tolerance", Params::DEFAULT.tolerance, 0.0, 1.0)
+            .doc("how well half-widths are known, as a part of themselves"),
+        Entry::switch(
+            5,
+            "Residual",
+            matches!(Params::DEFAULT.residual, Residual::Removed) as u8,
+        )
+        .doc("1: what quiet stances show to be left of gravity is taken out"),
+    ]
 };
 
 const fn per_axis(defaults: PerAxis<f32>, high: f32, units: [&'static str; 2]) -> [Entry; 6] {
@@ -198,9 +236,11 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Window"),
         shape: Shape::Var,
         doc: Text::new("how far back the estimate looks"),
-        entries: &[Entry::setting(0, "Window", WINDOW_US)
-            .range(Value::U32(1_000), Value::U32(256_000))
-            .unit("µs")],
+        entries: &[
+            Entry::setting(0, "Window", window_us(Params::DEFAULT.window))
+                .range(Value::U32(1_000), Value::U32(256_000))
+                .unit("µs"),
+        ],
     },
     Object {
         index: index::BANDWIDTH,
@@ -260,5 +300,12 @@ pub(super) const OBJECTS: &[Object] = &[
             load_threshold(5, "Off threshold", Params::DEFAULT.load.off_threshold)
                 .doc("no longer loaded below; not above the on threshold"),
         ],
+    },
+    Object {
+        index: index::WITNESSES,
+        name: Text::new("Witnesses"),
+        shape: Shape::Record,
+        doc: Text::new("what else testifies of an axis beside the window, and how sharply"),
+        entries: WITNESSES,
     },
 ];

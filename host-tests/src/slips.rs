@@ -1,0 +1,303 @@
+//! Slips and good stances of a simulated foot: a grid of profiles, and what an estimator makes of
+//! them. The truth is the foot's own motion.
+//!
+//! A slip counts from the moment at which the foot's own speed passes [`SPEED_LIMIT`], and is found
+//! with the first sample of P < 0.5; what the foot has slid until then is what its robot has not
+//! been told. A good stance is one without a slip; it is false once, however often, where a decision
+//! that was "stable" is taken back before the foot peels off.
+
+use estimator_core::{ContactEstimate, Decision, Params};
+use footfall::gait::label::SPEED_LIMIT;
+use footfall::gait::space::Vector;
+use footfall::gait::step::Slip;
+use footfall::gait::{
+    Activity, FootState, GaitName, Ground, Plan, SensorParams, Simulation, simulate,
+};
+use footfall::recording::Label;
+use footfall::replay::replay;
+
+/// A rest under load that is to be found lasts so long, s. A foot that sticks and slips rests for
+/// less, again and again.
+const SHORTEST_REST: f64 = 0.1;
+
+/// What the floor is like, as what a foot on it feels besides the slide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Friction {
+    /// None to speak of: the foot glides.
+    Ice,
+    /// A film of oil or water: it drags a little, unevenly.
+    Wet,
+    /// Rubber beyond its grip: it sticks and slips.
+    Rubber,
+}
+
+impl Friction {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Ice, Self::Wet, Self::Rubber];
+
+    /// Amplitude of stick-slip, m/s².
+    const fn chatter(self) -> f64 {
+        match self {
+            Self::Ice => 0.0,
+            Self::Wet => 1.0,
+            Self::Rubber => 5.0,
+        }
+    }
+}
+
+/// How much the robot shakes the standing foot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Vibration {
+    /// As the gait has it: 7 to 14 Hz, up to 0.08 m/s² and 0.008 rad/s.
+    Usual,
+    /// Three times as fast at the same speed, and so three times as hard. At the usual frequency so
+    /// much would move the foot faster than [`SPEED_LIMIT`], and be no good stance.
+    Strong,
+}
+
+/// One point of the grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Profile {
+    /// How the robot walks.
+    pub gait: GaitName,
+    /// Top speed of each slide, m/s.
+    pub speed: f64,
+    /// What the floor is like.
+    pub friction: Friction,
+    /// Counter-clockwise from forward, quarter turns.
+    pub heading: u8,
+    /// What the robot adds.
+    pub vibration: Vibration,
+}
+
+/// Top speeds of the slides, m/s: from twice [`SPEED_LIMIT`], a creep, to a foot that is lost.
+pub const SPEEDS: [f64; 5] = [0.01, 0.02, 0.05, 0.15, 0.40];
+
+/// All profiles.
+pub fn profiles() -> impl Iterator<Item = Profile> {
+    let gaits = [GaitName::Walk, GaitName::Trot];
+    gaits.into_iter().flat_map(|gait| {
+        SPEEDS.into_iter().flat_map(move |speed| {
+            Friction::ALL.into_iter().flat_map(move |friction| {
+                (0..4).flat_map(move |heading| {
+                    [Vibration::Usual, Vibration::Strong].map(|vibration| Profile {
+                        gait,
+                        speed,
+                        friction,
+                        heading,
+                        vibration,
+                    })
+                })
+            })
+        })
+    })
+}
+
+impl Profile {
+    /// A walk in which every other stance slips: from 45 % of the stance on, for 15 % of it and
+    /// for half of it by turns.
+    #[must_use]
+    pub fn plan(&self, seconds: f64, seed: u64) -> Plan {
+        let mut plan = Plan::steady(self.gait, Ground::Hard, seconds, seed);
+        for (place, step) in plan.steps.iter_mut().enumerate() {
+            if self.vibration == Vibration::Strong {
+                step.tremor.frequency *= 3.0;
+                step.tremor.acceleration *= 3.0;
+                step.tremor.rate *= 3.0;
+            }
+            if place % 2 == 1 {
+                let duration = [0.15, 0.5][place / 2 % 2] * step.stance;
+                step.slips = vec![Slip {
+                    onset: 0.45 * step.stance,
+                    duration,
+                    distance: self.speed * duration / 1.875,
+                    heading: f64::from(self.heading) * std::f64::consts::FRAC_PI_2,
+                    twist: 0.0,
+                    chatter: self.friction.chatter(),
+                    chatter_frequency: 35.0 + 7.0 * (place % 5) as f64,
+                }];
+            }
+        }
+        plan
+    }
+
+    /// [`Self::plan`] as the foot's sensor records it.
+    #[must_use]
+    pub fn simulate(&self, seconds: f64, seed: u64) -> Simulation {
+        simulate(
+            &self.plan(seconds, seed),
+            &SensorParams::LSM6DSOX_WARMING,
+            seed,
+        )
+    }
+}
+
+/// One slip out of a stance that the decision had called stable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlipFound {
+    /// From the foot's own speed passing [`SPEED_LIMIT`] to P < 0.5, s; negative where its chatter
+    /// shows before. Infinite where the slip was not found.
+    pub latency: f64,
+    /// How far the foot had slid when the slip was found, or in all where it was not, m.
+    pub displacement: f64,
+}
+
+/// What an estimator made of one or more walks.
+#[derive(Clone, Debug, Default)]
+pub struct Score {
+    /// The slips that a stable decision preceded.
+    pub slips: Vec<SlipFound>,
+    /// Slips out of stances that had not been called stable yet.
+    pub not_ready: usize,
+    /// Stances without a slip that were called stable.
+    pub good_stances: usize,
+    /// Those that were taken back.
+    pub false_slips: usize,
+    /// Stances without a slip that were never called stable.
+    pub never_stable: usize,
+    /// From rest under load to P > 0.5, s; infinite where it never came. Of rests that last 0.1 s.
+    pub onsets: Vec<f64>,
+}
+
+impl Score {
+    /// Runs an estimator over a walk and adds what it made of it.
+    ///
+    /// # Panics
+    /// Parameters that are not valid.
+    pub fn add(&mut self, simulation: &Simulation, params: &Params) {
+        let estimates = replay(&simulation.recording, params).expect("valid parameters");
+        let stances = simulation
+            .truth
+            .chunk_by(|a, b| is_stance(a) == is_stance(b))
+            .scan(0, |start, stance| {
+                let from = *start;
+                *start += stance.len();
+                Some((from, stance))
+            })
+            .filter(|(_, stance)| is_stance(&stance[0]));
+        for (start, stance) in stances {
+            let ends_with_the_recording = start + stance.len() == estimates.len();
+            // The standing at the beginning is no step either.
+            if start > 0 && !ends_with_the_recording {
+                self.add_stance(stance, &estimates[start..start + stance.len()]);
+            }
+        }
+        self.add_onsets(simulation, &estimates);
+    }
+
+    fn add_stance(&mut self, truth: &[FootState], estimates: &[ContactEstimate]) {
+        let Some(onset) = truth.iter().position(|s| s.activity == Activity::Slipping) else {
+            let stable = |e: &ContactEstimate| e.decision == Decision::Stable;
+            match estimates.iter().position(stable) {
+                None => self.never_stable += 1,
+                Some(first) => {
+                    self.good_stances += 1;
+                    self.false_slips += usize::from(!estimates[first..].iter().all(stable));
+                }
+            }
+            return;
+        };
+        if estimates[onset].decision != Decision::Stable {
+            self.not_ready += 1;
+            return;
+        }
+        let sliding = |state: &FootState| state.activity == Activity::Slipping;
+        let end = onset + truth[onset..].iter().take_while(|s| sliding(s)).count();
+        let ground_speed = |v: Vector| libm::hypot(v.to_array()[0], v.to_array()[1]);
+        let moving = (onset..end).find(|k| ground_speed(truth[*k].velocity) > SPEED_LIMIT);
+        let found = (onset..end).find(|k| estimates[*k].probabilities.stable < 0.5);
+        let time = |k: usize| estimates[k].timestamp.as_micros() as f64 * 1e-6;
+        if let Some(moving) = moving {
+            let last = found.unwrap_or(end - 1);
+            self.slips.push(SlipFound {
+                latency: found.map_or(f64::INFINITY, |found| time(found) - time(moving)),
+                displacement: truth[last].slip - truth[onset].slip,
+            });
+        }
+    }
+
+    fn add_onsets(&mut self, simulation: &Simulation, estimates: &[ContactEstimate]) {
+        let samples = &simulation.recording.samples;
+        let rate = f64::from(simulation.recording.sample_rate);
+        for (k, pair) in samples.windows(2).enumerate() {
+            if (pair[0].label, pair[1].label) != (Some(Label::NotStable), Some(Label::Stable)) {
+                continue;
+            }
+            let begin = k + 1;
+            let rest = samples[begin..]
+                .iter()
+                .take_while(|sample| sample.label == Some(Label::Stable))
+                .count();
+            if begin + rest == samples.len() || (rest as f64) < SHORTEST_REST * rate {
+                continue;
+            }
+            let stable = |e: &ContactEstimate| e.probabilities.stable > 0.5;
+            let first = estimates[begin..begin + rest].iter().find(|e| stable(e));
+            let since = |e: &ContactEstimate| {
+                let from = estimates[begin].timestamp.as_micros();
+                (e.timestamp.as_micros() - from) as f64 * 1e-6
+            };
+            self.onsets.push(first.map_or(f64::INFINITY, since));
+        }
+    }
+
+    /// Takes in another score.
+    pub fn extend(&mut self, other: &Self) {
+        self.slips.extend(&other.slips);
+        self.not_ready += other.not_ready;
+        self.good_stances += other.good_stances;
+        self.false_slips += other.false_slips;
+        self.never_stable += other.never_stable;
+        self.onsets.extend(&other.onsets);
+    }
+
+    /// The latency, s, below which a share of the slips was found.
+    #[must_use]
+    pub fn latency(&self, share: f64) -> f64 {
+        quantile(self.slips.iter().map(|slip| slip.latency).collect(), share)
+    }
+
+    /// The time, s, after which a share of the stances was found.
+    #[must_use]
+    pub fn onset(&self, share: f64) -> f64 {
+        quantile(self.onsets.clone(), share)
+    }
+
+    /// Mean and standard deviation of what feet had slid when it was found, m.
+    #[must_use]
+    pub fn displacement(&self) -> (f64, f64) {
+        let n = self.slips.len().max(1) as f64;
+        let all = || self.slips.iter().map(|slip| slip.displacement);
+        let mean = all().sum::<f64>() / n;
+        let variance = all().map(|d| (d - mean) * (d - mean)).sum::<f64>() / n;
+        (mean, libm::sqrt(variance))
+    }
+
+    /// Slips that were not found.
+    #[must_use]
+    pub fn missed(&self) -> usize {
+        let missed = |slip: &&SlipFound| slip.latency.is_infinite();
+        self.slips.iter().filter(missed).count()
+    }
+
+    /// Good stances taken back, in a thousand.
+    #[must_use]
+    pub fn false_per_thousand(&self) -> f64 {
+        1e3 * self.false_slips as f64 / self.good_stances.max(1) as f64
+    }
+}
+
+/// From the end of the landing to the beginning of the peel.
+fn is_stance(state: &FootState) -> bool {
+    matches!(state.activity, Activity::Standing | Activity::Slipping)
+}
+
+/// The smallest value that a share of all does not exceed.
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let place = libm::ceil(share * values.len() as f64) as usize;
+    values
+        .get(place.saturating_sub(1))
+        .copied()
+        .unwrap_or(f64::NAN)
+}

@@ -1,0 +1,135 @@
+//! How soon a slip is found, how far the foot has slid by then, and how often a good stance is
+//! taken for one: over a grid of slips of a simulated foot, against the goals.
+
+use estimator_core::{Params, Residual};
+use firmware::imu::default_params;
+use footfall::gait::{GaitName, Ground, Plan, SensorParams, Simulation, simulate};
+use host_tests::committed::assert_readme_block;
+use host_tests::slips::{Profile, SPEEDS, Score, profiles};
+
+/// Of each walk, s.
+const SECONDS: f64 = 14.0;
+
+/// The median slip is found so soon after the foot's own speed passes 5 mm/s, s.
+const SLIP_LATENCY: f64 = 0.020;
+/// The median rest under load is found so soon, s.
+const STANCE_LATENCY: f64 = 0.060;
+/// The mean foot has slid no further when its slip is found, m.
+const DISPLACEMENT: f64 = 5.0e-3;
+/// Of a thousand good stances no more are taken back.
+const FALSE_PER_THOUSAND: f64 = 1.0;
+/// In a run, where stances last a tenth of a second and landings saturate the sensor.
+const FALSE_PER_THOUSAND_RUNNING: f64 = 4.0;
+
+/// The paper's method with the default preset's kernels and half-widths: one window, sharp edges,
+/// accelerations only.
+fn one_window() -> Params {
+    Params {
+        short_window: None,
+        slide: None,
+        residual: Residual::Kept,
+        tolerance: 0.0,
+        ..default_params()
+    }
+}
+
+/// What each of two settings makes of the same walks.
+fn both(simulation: &Simulation, scores: &mut [Score; 2]) {
+    let [default, one] = scores;
+    default.add(simulation, &default_params());
+    one.add(simulation, &one_window());
+}
+
+/// Scores by top speed of the slide.
+fn grid() -> [[Score; 2]; SPEEDS.len()] {
+    let mut scores: [[Score; 2]; SPEEDS.len()] = Default::default();
+    for (seed, profile) in (1000..).zip(profiles()) {
+        let Profile { speed, .. } = profile;
+        let place = SPEEDS.iter().position(|s| *s == speed).expect("its speed");
+        both(&profile.simulate(SECONDS, seed), &mut scores[place]);
+    }
+    scores
+}
+
+/// Scores of running feet on good ground.
+fn running() -> [Score; 2] {
+    let mut scores = <[Score; 2]>::default();
+    for seed in 0..6 {
+        let plan = Plan::steady(GaitName::Run, Ground::Hard, 60.0, seed);
+        let simulation = simulate(&plan, &SensorParams::LSM6DSOX_WARMING, seed);
+        both(&simulation, &mut scores);
+    }
+    scores
+}
+
+fn all(scores: &[[Score; 2]], which: usize) -> Score {
+    let mut all = Score::default();
+    scores.iter().for_each(|both| all.extend(&both[which]));
+    all
+}
+
+fn milliseconds(seconds: f64) -> String {
+    if seconds.is_finite() {
+        format!("{:.0}", 1e3 * seconds)
+    } else {
+        "never".to_owned()
+    }
+}
+
+fn row(name: &str, score: &Score) -> String {
+    let (mean, deviation) = score.displacement();
+    format!(
+        "| {name} | {} | {} / {} | {:.2} ± {:.2} | {} |\n",
+        score.slips.len(),
+        milliseconds(score.latency(0.5)),
+        milliseconds(score.latency(0.95)),
+        1e3 * mean,
+        1e3 * deviation,
+        score.missed(),
+    )
+}
+
+fn stance_row(name: &str, score: &Score) -> String {
+    format!(
+        "| {name} | {} / {} | {} | {} | {:.1} | {} |\n",
+        milliseconds(score.onset(0.5)),
+        milliseconds(score.onset(0.95)),
+        score.good_stances,
+        score.false_slips,
+        score.false_per_thousand(),
+        score.never_stable,
+    )
+}
+
+#[test]
+fn slips_are_found_soon_and_good_stances_are_left_alone() {
+    let grid = grid();
+    let running = running();
+    let (default, one) = (all(&grid, 0), all(&grid, 1));
+
+    let mut table = String::from(
+        "| slides with a top speed of | slips | found after, ms (median / 95 %) | slid by then, mm | not found |\n\
+         |---|---|---|---|---|\n",
+    );
+    for (speed, both) in SPEEDS.iter().zip(&grid) {
+        table += &row(&format!("{:.0} mm/s", 1e3 * speed), &both[0]);
+    }
+    table += &row("**all**", &default);
+    table += &row("all, the paper's method", &one);
+    table += "\n| stances | rest to P > 0.5, ms (median / 95 %) | good and found | taken back | in a thousand | not found |\n\
+              |---|---|---|---|---|---|\n";
+    table += &stance_row("walk and trot", &default);
+    table += &stance_row("walk and trot, the paper's method", &one);
+    table += &stance_row("run", &running[0]);
+    table += &stance_row("run, the paper's method", &running[1]);
+    assert!(default.slips.len() >= 1000, "{}", default.slips.len());
+    assert!(default.good_stances >= 1000, "{}", default.good_stances);
+    assert!(default.latency(0.5) <= SLIP_LATENCY);
+    assert!(default.onset(0.5) <= STANCE_LATENCY);
+    assert!(default.displacement().0 <= DISPLACEMENT);
+    assert!(default.false_per_thousand() <= FALSE_PER_THOUSAND);
+    assert!(running[0].false_per_thousand() <= FALSE_PER_THOUSAND_RUNNING);
+    // The grid is hard enough to tell.
+    assert!(one.missed() > 10 * default.missed());
+    assert_readme_block("slip", &table);
+}
