@@ -193,7 +193,7 @@ async fn receive_can(mut can: board::can::Receiver) {
     loop {
         let frame = can.receive().await;
         let now = board::timebase::now();
-        if board::can::take_overrun() {
+        if can.take_overrun() {
             PORTS.put(Input::CanLost(1)).await;
         }
         PORTS.put(Input::Can(frame, now)).await;

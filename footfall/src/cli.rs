@@ -3,6 +3,7 @@
 mod attitude;
 mod calibrate;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
@@ -13,7 +14,8 @@ pub use attitude::AttitudeArguments;
 pub use calibrate::CalibrateArguments;
 
 use crate::config::{
-    Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate, parse_window,
+    ConfigError, Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate,
+    parse_window,
 };
 use crate::decode::{self, row::write_rows};
 use crate::demo;
@@ -264,19 +266,29 @@ fn tell(notices: &[String]) {
     }
 }
 
-/// A configuration file, or one that changes nothing.
+/// A configuration file, or one that changes nothing. It is read once, so a pipe will do.
+#[derive(Default)]
 struct Configuration {
     /// The file as it was named.
     name: Option<String>,
+    text: String,
     overrides: Overrides,
 }
 
 impl Configuration {
     fn read(path: Option<&Path>) -> Result<Self, Error> {
-        Ok(Self {
-            name: path.map(|path| path.display().to_string()),
-            overrides: path.map(Overrides::read).transpose()?.unwrap_or_default(),
-        })
+        let Some(path) = path else {
+            return Ok(Self::default());
+        };
+        let file = path.display().to_string();
+        match fs::read_to_string(path) {
+            Ok(text) => Ok(Self {
+                overrides: Overrides::parse(&text, &file)?,
+                name: Some(file),
+                text,
+            }),
+            Err(source) => Err(ConfigError::Unreadable { file, source }.into()),
+        }
     }
 
     /// What readers are told, where options win.

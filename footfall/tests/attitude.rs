@@ -70,6 +70,33 @@ fn what_has_no_truth_is_refused_with_what_is_missing() {
 }
 
 #[test]
+fn an_estimate_is_no_truth() {
+    let bench = Bench::with(
+        "level.csv",
+        leaning("1").replacen("movement", "p_stable", 1),
+    );
+    assert!(
+        bench
+            .error("attitude level.csv")
+            .contains("level.csv: qw, qx, qy and qz are estimates here")
+    );
+    let bench = Bench::with("twice.csv", leaning("1").replacen("movement", "qw", 1));
+    assert_eq!(
+        bench.error("attitude twice.csv"),
+        "footfall: twice.csv, line 1, column 12 (qw): this name stands in the header twice\n"
+    );
+}
+
+#[test]
+fn the_sample_rate_may_be_given_where_no_times_tell_it() {
+    let timeless = leaning("1").replacen("t,ax", "when,ax", 1);
+    let bench = Bench::with("level.csv", timeless);
+    assert!(bench.error("attitude level.csv").contains("--sample-rate"));
+    let text = bench.stdout("attitude level.csv --sample-rate 100");
+    assert!(text.contains("level   1.146   1.146\n"), "{text}");
+}
+
+#[test]
 fn a_replay_does_not_see_the_truth() {
     let bench = Bench::with("level.csv", leaning("1"));
     let output = bench.run("replay level.csv");

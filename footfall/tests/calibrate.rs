@@ -40,7 +40,8 @@ fn what_is_found_is_reported_drawn_and_accepted_by_a_replay() {
     }
     assert!(report.ends_with("written  robot.toml\nwritten  axes.svg\n"));
     assert!(read(&bench.path("axes.svg")).contains("mid-stance of 11 steps"));
-    let found = Overrides::read(&bench.path("robot.toml")).expect("a configuration");
+    let found = Overrides::parse(&read(&bench.path("robot.toml")), "robot.toml");
+    let found = found.expect("a configuration");
     let mut params = estimator_core::Params::DEFAULT;
     found.apply(&mut params);
     let json: serde_json::Value =
@@ -150,7 +151,7 @@ fn a_replay_puts_readings_right() {
 fn rests_that_do_not_tell_are_refused() {
     let bench = Bench::with("four.csv", lying(4, 9.81));
     assert!(bench.error("calibrate --rests four.csv").contains(
-        "4 rests in 4 orientations, 6 orientations are needed: lay the sensor still for two seconds on each of its six sides"
+        "4 rests in 4 of the 6 orientations that are needed: lay the sensor still for two seconds on each of its six sides"
     ));
     assert!(
         bench
@@ -171,4 +172,22 @@ fn results_do_not_go_over_any_recording() {
     fs::write(bench.path("two.csv"), lying(6, 9.81)).expect("a file");
     let error = bench.error("calibrate --rests one.csv two.csv --output two.csv");
     assert!(error.contains("it is the recording itself"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_configuration_that_can_be_read_only_once_is_kept_all_the_same() {
+    let bench = Bench::with("rests.csv", lying(6, 9.81));
+    fs::write(bench.path("robot.toml"), "window = '40ms'\n").expect("a file");
+    let command = format!(
+        "cat robot.toml | {} calibrate --rests rests.csv --config /dev/stdin --output out.toml",
+        env!("CARGO_BIN_EXE_footfall")
+    );
+    let output = std::process::Command::new("sh")
+        .args(["-c", &command])
+        .current_dir(&bench.directory)
+        .output()
+        .expect("a shell");
+    assert!(output.status.success(), "{output:?}");
+    assert!(read(&bench.path("out.toml")).contains("window = \"40ms\""));
 }

@@ -83,7 +83,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 #[test]
-fn after_impacts_and_clipping_a_third_of_a_second_of_quiet_brings_the_tilt_below_one_degree() {
+fn after_impacts_and_clipping_a_third_of_a_second_of_quiet_brings_the_tilt_below_0_2_degrees() {
     for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
         for ground in [Ground::Hard, Ground::Soft, Ground::Greased] {
             for seed in 1..4 {

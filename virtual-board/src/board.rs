@@ -184,6 +184,11 @@ impl Board {
         core::mem::take(&mut self.cpu.machine().chip.can.sent)
     }
 
+    /// How many frames from the bus came while the controller had no room for them.
+    pub fn can_overruns(&mut self) -> u64 {
+        self.cpu.machine().chip.can.overruns
+    }
+
     /// Puts of frames into mailboxes since they were last taken: when, and which identifier.
     pub fn take_can_requests(&mut self) -> Vec<(u64, u32)> {
         core::mem::take(&mut self.cpu.machine().chip.can.requested)

@@ -9,11 +9,9 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use estimator_core::Gravity;
+use footfall::gait::sensor::GRAVITY;
 use footfall::input::{Format, Hints, Opened};
 use lsm6dsox::sim::{Interpolation, Recording, Stimulus};
-
-/// m/s².
-const GRAVITY: f64 = 9.806_65;
 
 /// Of the recordings of `lcd`, Hz.
 const LCD_RATE: f64 = 100.0;

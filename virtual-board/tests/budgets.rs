@@ -4,7 +4,7 @@ mod common;
 
 use std::path::Path;
 
-use common::product;
+use common::{is_built_here, product};
 use host_tests::committed::assert_block;
 use serde_json::Value;
 use virtual_board::board::{Board, BoardOptions};
@@ -115,7 +115,9 @@ fn with_all_streams_on_the_product_keeps_its_budgets_and_the_readme_has_them() {
             budget.most
         );
     }
-    assert_block("virtual-board/README.md", "budgets", &table(&report));
+    if is_built_here() {
+        assert_block("virtual-board/README.md", "budgets", &table(&report));
+    }
 }
 
 #[test]

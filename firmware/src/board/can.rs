@@ -1,8 +1,10 @@
 //! CAN1 on PB8 (receive) and PB9 (transmit).
 
-use core::future::pending;
+use core::future::{Future, pending, poll_fn};
+use core::mem;
 use core::num::{NonZeroU8, NonZeroU16};
 use core::ops::Range;
+use core::pin::pin;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_futures::select::select3;
@@ -46,7 +48,11 @@ pub struct Control(Can<'static>);
 pub struct Sender(CanTx<'static>);
 
 /// The receiving half.
-pub struct Receiver(CanRx<'static>);
+pub struct Receiver {
+    frames: CanRx<'static>,
+    /// Whether one was lost since that was asked last.
+    overrun: bool,
+}
 
 impl Parts {
     /// Joins the bus at `bit_rate`.
@@ -76,7 +82,11 @@ impl Parts {
         let mut control = Control(can);
         control.set_bit_rate(bit_rate);
         STARTED.store(true, Ordering::Release);
-        (control, Sender(sender), Receiver(receiver))
+        let receiver = Receiver {
+            frames: receiver,
+            overrun: false,
+        };
+        (control, Sender(sender), receiver)
     }
 }
 
@@ -176,8 +186,7 @@ impl Sender {
     pub fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
         let mut withdrawn = 0;
         for mailbox in mailboxes() {
-            if waiting_in(mailbox).is_some_and(|id| ids.contains(&id)) {
-                self.0.abort(mailbox);
+            if waiting_in(mailbox).is_some_and(|id| ids.contains(&id)) && self.0.abort(mailbox) {
                 withdrawn += 1;
             }
         }
@@ -193,13 +202,29 @@ impl Sender {
             Some(_) => self.0.flush(mailbox).await,
             None => pending().await,
         };
-        tell_of_empty_mailboxes(true);
+        let _told = ToldOfEmptyMailboxes::from_now_on();
         select3(
             emptied(Mailbox::Mailbox0),
             emptied(Mailbox::Mailbox1),
             emptied(Mailbox::Mailbox2),
         )
         .await;
+    }
+}
+
+/// As long as it lives, a mailbox that becomes empty is an interrupt; also where nobody waits for it
+/// to the end.
+struct ToldOfEmptyMailboxes;
+
+impl ToldOfEmptyMailboxes {
+    fn from_now_on() -> Self {
+        tell_of_empty_mailboxes(true);
+        Self
+    }
+}
+
+impl Drop for ToldOfEmptyMailboxes {
+    fn drop(&mut self) {
         tell_of_empty_mailboxes(false);
     }
 }
@@ -223,8 +248,14 @@ impl Receiver {
     /// The next frame for this foot; remote and extended frames do not pass the filters.
     pub async fn receive(&mut self) -> CanFrame {
         loop {
+            let mut reading = pin!(self.frames.read());
+            let read = poll_fn(|context| {
+                // Before the frame is taken: the HAL clears this with it, unread.
+                self.overrun |= was_overrun();
+                reading.as_mut().poll(context)
+            });
             // An error is the bus's, not a frame's; `bus_state` tells about it.
-            let Ok(envelope) = self.0.read().await else {
+            let Ok(envelope) = read.await else {
                 continue;
             };
             if let Some(frame) = CanFrame::from_driver(&envelope.frame) {
@@ -232,6 +263,20 @@ impl Receiver {
             }
         }
     }
+
+    /// Whether a received frame was lost since this was asked last.
+    pub fn take_overrun(&mut self) -> bool {
+        mem::take(&mut self.overrun)
+    }
+}
+
+/// Whether a frame came while three waited already; clears that.
+fn was_overrun() -> bool {
+    let overrun = CAN1.rfr(0).read().fovr();
+    if overrun {
+        CAN1.rfr(0).write(|w| w.set_fovr(true));
+    }
+    overrun
 }
 
 /// What the controller thinks of the bus; all is well where there is none. From bus-off it comes
@@ -248,13 +293,4 @@ pub fn bus_state() -> BusState {
     } else {
         BusState::Active
     }
-}
-
-/// Whether a received frame was lost since this was asked last.
-pub fn take_overrun() -> bool {
-    let overrun = CAN1.rfr(0).read().fovr();
-    if overrun {
-        CAN1.rfr(0).write(|w| w.set_fovr(true));
-    }
-    overrun
 }

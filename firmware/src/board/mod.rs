@@ -27,6 +27,9 @@ use embassy_stm32::pac::DBGMCU;
 use embassy_stm32::peripherals;
 use embassy_stm32::wdg::IndependentWatchdog;
 
+/// Of what a sample waits for: its timer and the sensor's DMA.
+const URGENT_PRIORITY: Priority = Priority::P1;
+
 /// Of the interrupt that stands for the sampling executor.
 pub const SAMPLING_EXECUTOR_PRIORITY: Priority = Priority::P2;
 

@@ -7,7 +7,7 @@
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use embassy_stm32::gpio::{Level, Output, Pull, Speed};
-use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::dma::regs::{Cr, Ixr, Ndtr};
 use embassy_stm32::pac::{DMA2, SPI1};
@@ -19,6 +19,8 @@ use embassy_stm32::{Peri, peripherals};
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+
+use super::URGENT_PRIORITY;
 
 /// Waits on the HAL's timer, at least as long as it says.
 pub struct Delay;
@@ -32,9 +34,6 @@ impl DelayNs for Delay {
 
 /// What the driver only writes goes from here: registers, one at a time.
 const SCRATCH: usize = 8;
-
-/// Above everything else, together with the timer of the samples.
-const PRIORITY: Priority = Priority::P1;
 
 /// Streams of DMA2, and the channel on which SPI1 asks both of them.
 const RECEIVE: usize = 0;
@@ -94,7 +93,7 @@ impl Parts {
         for stream in [RECEIVE, TRANSMIT] {
             DMA2.st(stream).par().write_value(SPI1.dr().as_ptr() as u32);
         }
-        interrupt::DMA2_STREAM0.set_priority(PRIORITY);
+        interrupt::DMA2_STREAM0.set_priority(URGENT_PRIORITY);
         // SAFETY: the handler below touches nothing that anybody holds a lock on.
         unsafe { interrupt::DMA2_STREAM0.enable() };
         // High INT1 at power-up would put the sensor into I3C mode: a pull-down, never an up. The

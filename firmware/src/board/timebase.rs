@@ -7,7 +7,7 @@
 
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 
-use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::pac::timer::{regs, vals};
 use embassy_stm32::pac::{TIM2, TIM4};
 use embassy_stm32::{Peri, peripherals, rcc};
@@ -16,14 +16,13 @@ use embassy_sync::signal::Signal;
 use estimator_core::Timestamp;
 use firmware::sampling::{EDGE_LIMIT_US, Tick, Ticks};
 
+use super::URGENT_PRIORITY;
+
 /// One tick, µs.
 const TICK_MICROS: u32 = 1_000;
 
 /// How long after the tick the edge may come, µs.
 const EDGE_MICROS: u32 = EDGE_LIMIT_US as u32;
-
-/// Above everything else, together with the sensor's DMA.
-const PRIORITY: Priority = Priority::P1;
 
 /// Channels, counted from 0.
 const EDGE: usize = 0;
@@ -94,7 +93,7 @@ impl Timebase {
             w.set_ccie(TICK, true);
         });
         TIM2.cr1().modify(|w| w.set_cen(true));
-        interrupt::TIM2.set_priority(PRIORITY);
+        interrupt::TIM2.set_priority(URGENT_PRIORITY);
         // SAFETY: the handler below touches nothing that anybody holds a lock on.
         unsafe { interrupt::TIM2.enable() };
         Self { served: None }

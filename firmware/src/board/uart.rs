@@ -146,6 +146,8 @@ impl Drop for Stop {
             control.modify(|w| w.set_en(false));
             while control.read().en() {}
         }
+        // What is written to the bytes from here on stays behind the end.
+        compiler_fence(Ordering::Acquire);
     }
 }
 

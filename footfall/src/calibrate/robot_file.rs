@@ -1,8 +1,5 @@
 //! The configuration file that a calibration leaves behind: what [`config`](crate::config) reads.
 
-use std::path::Path;
-use std::{fs, io};
-
 use estimator_core::PerAxis;
 use toml::{Table, Value};
 
@@ -17,21 +14,14 @@ pub struct RobotFile {
 }
 
 impl RobotFile {
-    /// A file that keeps what another one sets, but for its comments. The other one has been read
-    /// as a configuration already, so it is TOML.
+    /// A file that keeps what another one's text sets, but for its comments.
     ///
     /// # Errors
-    /// It cannot be read any more.
-    pub fn keeping(other: Option<&Path>) -> io::Result<Self> {
-        let tables = match other {
-            Some(path) => fs::read_to_string(path)?
-                .parse()
-                .map_err(io::Error::other)?,
-            None => Table::new(),
-        };
+    /// The text is not TOML.
+    pub fn keeping(other: &str) -> Result<Self, toml::de::Error> {
         Ok(Self {
             remarks: Vec::new(),
-            tables,
+            tables: other.parse()?,
         })
     }
 

@@ -47,7 +47,7 @@ const LARGEST_SCALE_ERROR: f64 = 0.1;
 pub enum RestsError {
     /// Too few orientations.
     #[error(
-        "{rests} rests in {orientations} orientations, {ORIENTATIONS} orientations are needed: lay the sensor still for two seconds on each of its six sides"
+        "{rests} rests in {orientations} of the {ORIENTATIONS} orientations that are needed: lay the sensor still for two seconds on each of its six sides"
     )]
     TooFew {
         /// Rests found.

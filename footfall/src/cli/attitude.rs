@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{Configuration, tell};
 use crate::attitude::{AttitudeReport, InclinationScore};
-use crate::config::Preset;
+use crate::config::{Preset, parse_sample_rate};
 use crate::error::Error;
 use crate::input::{Format, read_with_orientation};
 use crate::replay::replay;
@@ -21,6 +21,9 @@ pub struct AttitudeArguments {
     /// A TOML file with parameters that differ from the default
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
+    /// Sample rate, where the files do not tell or their nominal rate is wrong
+    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate)]
+    pub sample_rate: Option<f32>,
     /// Print a Markdown table
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
@@ -34,7 +37,7 @@ impl AttitudeArguments {
         let configuration = Configuration::read(self.config.as_deref())?;
         let mut params = Preset::Default.params(Format::Csv);
         configuration.overrides.apply(&mut params);
-        let hints = configuration.hints(None, None)?;
+        let hints = configuration.hints(self.sample_rate, None)?;
         let scores: Result<Vec<_>, Error> = self
             .inputs
             .iter()

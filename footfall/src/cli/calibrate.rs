@@ -1,6 +1,7 @@
 //! `footfall calibrate`.
 
 use std::fmt::Display;
+use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -91,7 +92,9 @@ impl CalibrateArguments {
                 to.write_all(plot::distribution::svg(&half_widths)?.as_bytes())
             })?;
         }
-        self.hand_over(&half_widths, |file| file.set_half_widths(&half_widths))
+        self.hand_over(configuration, &half_widths, |file| {
+            file.set_half_widths(&half_widths);
+        })
     }
 
     fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
@@ -107,21 +110,22 @@ impl CalibrateArguments {
         loaded.iter().for_each(|loaded| tell(&loaded.notices));
         let sensor = SensorCalibration::of(loaded.iter().map(|loaded| &loaded.recording))
             .map_err(CalibrationError::from)?;
-        self.hand_over(&sensor, |file| file.set_sensor(&sensor))
+        self.hand_over(configuration, &sensor, |file| file.set_sensor(&sensor))
     }
 
     fn hand_over(
         &self,
+        configuration: &Configuration,
         report: &(impl Serialize + Display),
         set: impl FnOnce(&mut RobotFile),
     ) -> Result<(), Error> {
         if let Some(path) = &self.output {
-            let config = self.config.as_deref();
-            let mut file =
-                RobotFile::keeping(config).map_err(|source| ConfigError::Unreadable {
-                    file: config.unwrap_or(path).display().to_string(),
-                    source,
-                })?;
+            let mut file = RobotFile::keeping(&configuration.text).map_err(|error| {
+                ConfigError::Unreadable {
+                    file: configuration.name.clone().unwrap_or_default(),
+                    source: io::Error::other(error),
+                }
+            })?;
             set(&mut file);
             write_file(path, |to| to.write_all(file.text().as_bytes()))?;
         }

@@ -69,8 +69,7 @@ mod refusal;
 mod slide;
 mod value;
 
-use std::path::Path;
-use std::{fs, io};
+use std::io;
 
 use clap::ValueEnum;
 use estimator_core::{Gravity, Params, Residual, WindowLength};
@@ -219,18 +218,6 @@ pub enum ConfigError {
 }
 
 impl Overrides {
-    /// Reads a configuration file.
-    ///
-    /// # Errors
-    /// The file cannot be read, or something in it is wrong.
-    pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        let file = path.display().to_string();
-        match fs::read_to_string(path) {
-            Ok(text) => Self::parse(&text, &file),
-            Err(source) => Err(ConfigError::Unreadable { file, source }),
-        }
-    }
-
     /// Reads the text of a configuration file; `file` names it in errors.
     ///
     /// # Errors

@@ -152,6 +152,14 @@ pub enum InputError {
         /// What it may be.
         expected: &'static str,
     },
+    /// The orientation is what an estimator made of the very samples.
+    #[error(
+        "{file}: qw, qx, qy and qz are estimates here, as the column p_stable beside them tells, and no truth"
+    )]
+    EstimatedOrientation {
+        /// The file, as it was named.
+        file: String,
+    },
     /// There is nothing to score.
     #[error(
         "{file}: no row has an orientation that counts: qw, qx, qy and qz filled in and, where there is a column movement, a 1 in it"

@@ -17,6 +17,9 @@ const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 
 const MOVEMENT: &str = "movement";
 
+/// Where this column is, the orientation beside it is an estimate.
+const ESTIMATE: &str = "p_stable";
+
 /// How far from 1 the length of a quaternion may be that was written with few decimals.
 const LENGTH_TOLERANCE: f64 = 0.01;
 
@@ -34,6 +37,21 @@ impl Beside for Orientations {
     }
 
     fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError> {
+        if header.cells().any(|name| name == ESTIMATE) {
+            return Err(InputError::EstimatedOrientation {
+                file: file.to_owned(),
+            });
+        }
+        for name in QUATERNION.into_iter().chain([MOVEMENT]) {
+            let mut cells = header.cells();
+            if let Some(first) = cells.position(|cell| cell == name)
+                && let Some(more) = cells.position(|cell| cell == name)
+            {
+                return Err(InputError::DuplicateColumn {
+                    cell: header.cell(first + 1 + more, name),
+                });
+            }
+        }
         let place = |wanted: &str| header.cells().position(|name| name == wanted);
         let mut missing = Vec::new();
         for (index, name) in self.quaternion.iter_mut().zip(QUATERNION) {

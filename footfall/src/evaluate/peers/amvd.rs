@@ -4,8 +4,8 @@
 //! T = 1/N Σ ‖a_k − ā‖², ā the window's mean
 //! ```
 //!
-//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where the noise's variance divides it: a constant, which
-//! the threshold takes up.
+//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where the noise's variance divides it: a
+//! constant, which the threshold takes up.
 
 use crate::evaluate::window::{Motion, over_windows};
 

@@ -4,8 +4,8 @@
 //! T = 1/N Σ ‖ω_k‖²
 //! ```
 //!
-//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where the noise's variance divides it: a constant, which
-//! the threshold takes up.
+//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where the noise's variance divides it: a
+//! constant, which the threshold takes up.
 
 use crate::evaluate::window::{Motion, moving_mean, rate_energy};
 

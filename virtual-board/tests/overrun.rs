@@ -1,0 +1,46 @@
+//! Frames that come faster than the foot takes them are lost, and that is told.
+
+mod common;
+
+use common::product;
+use virtual_board::board::Board;
+use virtual_board::part::can::Frame;
+use virtual_board::time::PER_SECOND;
+use wire::{Emergency, Fault};
+
+const MILLISECOND: u64 = PER_SECOND / 1000;
+
+/// Sends so many SYNCs one after the other, so long after a tick: how many of them were lost, and
+/// whether that was told.
+fn flood(elf: &[u8], syncs: usize, after_tick: u64) -> (u64, bool) {
+    let mut board = Board::from_elf(elf).expect("it fits");
+    board
+        .run_for(500 * MILLISECOND + after_tick)
+        .expect("it runs");
+    board.take_can();
+    for _ in 0..syncs {
+        board.push_can(Frame::new(0x080, &[]));
+    }
+    board.run_for(100 * MILLISECOND).expect("it runs");
+    let told = board
+        .take_can()
+        .iter()
+        .filter(|sent| sent.frame.id == 0x091)
+        .filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
+        .any(|data| Emergency::decode(&data).fault == Some(Fault::CanOverrun));
+    (board.can_overruns(), told)
+}
+
+#[test]
+fn every_loss_of_a_frame_is_told_and_nothing_else_is() {
+    let Some(elf) = product() else { return };
+    let mut losses = 0;
+    for syncs in [16, 22, 26, 30] {
+        for after_tick in [0, MILLISECOND / 5, 3 * MILLISECOND / 5] {
+            let (lost, told) = flood(&elf, syncs, after_tick);
+            assert_eq!(told, lost > 0, "{lost} lost of {syncs}");
+            losses += usize::from(lost > 0);
+        }
+    }
+    assert!(losses > 2, "{losses} floods lost frames, which is no test");
+}
