@@ -17,7 +17,7 @@ use wire::dictionary::index;
 use wire::node::{BootCause, Crash, State};
 use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadSource, WINDOW_CAPACITY};
-use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message, Payload};
+use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Payload};
 use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage};
 
 use crate::calibration::{Calibration, News};
@@ -269,8 +269,8 @@ impl Foot {
                     self.act(event, Asker::Can, ports);
                 }
             }
-            Input::Uart(message) => {
-                let outcome = commands::answer(&mut self.node, message);
+            Input::Uart(question) => {
+                let outcome = commands::answer(&mut self.node, question);
                 if let Some(response) = outcome.response {
                     self.push_uart(Lane::Answer, &response, ports);
                 }
@@ -589,7 +589,7 @@ impl Foot {
     fn log<M: RawMutex>(&mut self, level: u8, text: &str, ports: &Ports<M>) {
         if level <= self.settings().log_level() {
             let line = LogMessage::new(level, text);
-            self.push_uart(Lane::Answer, &Message::Log(line), ports);
+            self.push_uart(Lane::Answer, &line, ports);
         }
     }
 
