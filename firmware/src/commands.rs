@@ -4,11 +4,22 @@
 //! counts what it must refuse and lets requests pass. The high end, [`answer`], runs in the tick
 //! that takes the request in, and follows the rules of the object dictionary: the same as over SDO.
 
-use wire::node::Command;
-use wire::uart::{Answer, ConfigResponse, Decoder, Message};
+use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Decoder, Message, NmtRequest};
 use wire::{AbortCode, Address, Event, Node};
 
 use crate::ports::Input;
+
+/// What can be asked for over the UART. Much smaller than a [`Message`] of any kind, and it is moved
+/// several times until it is answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// For an object's value.
+    Get(ConfigGet),
+    /// To change an object's value.
+    Set(ConfigSet),
+    /// To change the NMT state.
+    Nmt(NmtRequest),
+}
 
 /// Finds requests in the bytes of the UART.
 #[derive(Clone, Debug, Default)]
@@ -29,15 +40,16 @@ impl UartReceiver {
     /// Takes in a byte: at the end of a request, the request.
     pub fn push(&mut self, byte: u8) -> Option<Input> {
         let frame = self.decoder.push(byte)?.ok()?;
-        match frame.message {
-            Message::ConfigGet(_) | Message::ConfigSet(_) | Message::Nmt(_) => {
-                Some(Input::Uart(frame.message))
-            }
+        let question = match frame.message {
+            Message::ConfigGet(get) => Question::Get(get),
+            Message::ConfigSet(set) => Question::Set(set),
+            Message::Nmt(request) => Question::Nmt(request),
             _ => {
                 self.strange = self.strange.wrapping_add(1);
-                None
+                return None;
             }
-        }
+        };
+        Some(Input::Uart(question))
     }
 
     /// How many frames were refused since this was last asked, where there are any. To be asked
@@ -54,17 +66,17 @@ impl UartReceiver {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// The answer to send at once; a store or a restore is answered when it is done.
-    pub response: Option<Message>,
+    pub response: Option<ConfigResponse>,
     /// What is to be done about it.
     pub event: Option<Event>,
     /// The object it was about.
     pub address: Option<Address>,
 }
 
-/// Does what a request over UART asks for. Anything but a request does nothing.
-pub fn answer(node: &mut Node, request: &Message) -> Outcome {
+/// Does what a request over UART asks for.
+pub fn answer(node: &mut Node, request: &Question) -> Outcome {
     match request {
-        Message::ConfigGet(get) => {
+        Question::Get(get) => {
             let answer = match node.read(get.address) {
                 Ok(value) => Answer::Value(value.into()),
                 Err(code) => Answer::Refused(code),
@@ -75,7 +87,7 @@ pub fn answer(node: &mut Node, request: &Message) -> Outcome {
                 address: Some(get.address),
             }
         }
-        Message::ConfigSet(set) => {
+        Question::Set(set) => {
             let (answer, event) = match node.write(set.address, set.value.as_bytes()) {
                 Ok(event @ Some(Event::Store | Event::Restore)) => (None, event),
                 Ok(event) => (Some(Answer::Done), event),
@@ -87,17 +99,9 @@ pub fn answer(node: &mut Node, request: &Message) -> Outcome {
                 address: Some(set.address),
             }
         }
-        Message::Nmt(request) => {
-            let command: Command = request.0;
-            Outcome {
-                response: None,
-                event: node.command(command),
-                address: None,
-            }
-        }
-        _ => Outcome {
+        Question::Nmt(NmtRequest(command)) => Outcome {
             response: None,
-            event: None,
+            event: node.command(*command),
             address: None,
         },
     }
@@ -105,7 +109,7 @@ pub fn answer(node: &mut Node, request: &Message) -> Outcome {
 
 /// The answer to a store or a restore that was asked for at `address`.
 #[must_use]
-pub fn finished(address: Address, result: Result<(), AbortCode>) -> Message {
+pub fn finished(address: Address, result: Result<(), AbortCode>) -> ConfigResponse {
     let answer = match result {
         Ok(()) => Answer::Done,
         Err(code) => Answer::Refused(code),
@@ -113,19 +117,19 @@ pub fn finished(address: Address, result: Result<(), AbortCode>) -> Message {
     respond(address, answer)
 }
 
-const fn respond(address: Address, answer: Answer) -> Message {
-    Message::ConfigResponse(ConfigResponse { address, answer })
+const fn respond(address: Address, answer: Answer) -> ConfigResponse {
+    ConfigResponse { address, answer }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::vec::Vec;
-    use wire::uart::{ConfigGet, ContactMessage, encode};
+    use wire::uart::{ContactMessage, encode};
 
-    const GET: Message = Message::ConfigGet(ConfigGet {
+    const GET: ConfigGet = ConfigGet {
         address: Address::new(0x2010, 0),
-    });
+    };
 
     fn pushed(receiver: &mut UartReceiver, bytes: &[u8]) -> Vec<Input> {
         bytes
@@ -138,9 +142,12 @@ mod tests {
     fn requests_pass_and_what_a_foot_sends_itself_is_refused() {
         let mut receiver = UartReceiver::new();
         let contact = Message::Contact(ContactMessage::default());
-        let bytes = [encode(0, &contact), encode(1, &GET)];
+        let bytes = [encode(0, &contact), encode(1, &Message::ConfigGet(GET))];
         let bytes: Vec<u8> = bytes.iter().flat_map(|b| b.as_bytes().to_vec()).collect();
-        assert_eq!(pushed(&mut receiver, &bytes), [Input::Uart(GET)]);
+        assert_eq!(
+            pushed(&mut receiver, &bytes),
+            [Input::Uart(Question::Get(GET))]
+        );
         assert_eq!(receiver.refused(), Some(Input::UartRefused(1)));
         assert_eq!(receiver.refused(), None);
     }
@@ -148,11 +155,14 @@ mod tests {
     #[test]
     fn a_damaged_request_is_refused_and_the_next_one_is_not() {
         let mut receiver = UartReceiver::new();
-        let mut damaged = encode(0, &GET).as_bytes().to_vec();
+        let mut damaged = encode(0, &Message::ConfigGet(GET)).as_bytes().to_vec();
         damaged[6] ^= 1;
         assert_eq!(pushed(&mut receiver, &damaged), []);
         assert_eq!(receiver.refused(), Some(Input::UartRefused(1)));
-        let sound = encode(1, &GET);
-        assert_eq!(pushed(&mut receiver, sound.as_bytes()), [Input::Uart(GET)]);
+        let sound = encode(1, &Message::ConfigGet(GET));
+        assert_eq!(
+            pushed(&mut receiver, sound.as_bytes()),
+            [Input::Uart(Question::Get(GET))]
+        );
     }
 }

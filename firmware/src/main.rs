@@ -65,9 +65,6 @@ const UART_BATCH: usize = 4 * wire::uart::MAX_FRAME;
 /// How often the watchdog can be fed: ten times before it bites.
 const FEEDING: Duration = Duration::from_millis(60);
 
-/// How often it is fed between two looks at the stack.
-const FEEDINGS_A_LOOK: u32 = 50;
-
 /// Identifiers of process data: a later one makes an earlier one worthless.
 const PROCESS_DATA: Range<u16> = 0x180..0x580;
 
@@ -274,22 +271,18 @@ async fn serve_requests(mut storage: Settings, mut can: Option<board::can::Contr
     }
 }
 
-/// Feeds the watchdog while everybody gets on.
+/// Feeds the watchdog while everybody gets on, and looks at the stack.
 #[embassy_executor::task]
 async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) {
     watchdog.unleash();
-    let mut deepest = 0;
+    let mut stack = board::stack::Depth::default();
     loop {
-        for _ in 0..FEEDINGS_A_LOOK {
-            PORTS.call();
-            Timer::after(FEEDING).await;
-            if PORTS.progress.all_got_on() {
-                watchdog.pet();
-            }
+        PORTS.call();
+        Timer::after(FEEDING).await;
+        if PORTS.progress.all_got_on() {
+            watchdog.pet();
         }
-        let used = board::stack::high_water();
-        if used > deepest {
-            deepest = used;
+        if let Some(used) = stack.look() {
             defmt::info!("stack: {} of {} bytes", used, board::stack::size());
         }
     }

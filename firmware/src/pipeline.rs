@@ -17,7 +17,7 @@ use wire::dictionary::index;
 use wire::node::{BootCause, Crash, State};
 use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadSource, WINDOW_CAPACITY};
-use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message, Payload};
+use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Payload};
 use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage};
 
 use crate::calibration::{Calibration, News};
@@ -269,8 +269,8 @@ impl Foot {
                     self.act(event, Asker::Can, ports);
                 }
             }
-            Input::Uart(message) => {
-                let outcome = commands::answer(&mut self.node, message);
+            Input::Uart(question) => {
+                let outcome = commands::answer(&mut self.node, question);
                 if let Some(response) = outcome.response {
                     self.push_uart(Lane::Answer, &response, ports);
                 }
@@ -363,10 +363,11 @@ impl Foot {
         let before = core::mem::replace(&mut self.bus, state);
         if state == BusState::Off && before != BusState::Off {
             self.counters.add(Counter::CanBusOff, 1);
+            self.lose_bus(ports);
         }
         if before == BusState::Off && state != BusState::Off {
-            let recoveries = self.counters.get(Counter::CanBusOff);
-            self.raise_for_a_while(Fault::CanBusOff, recoveries, ports);
+            self.node.release(Fault::CanBusOff);
+            self.fading.hold(Fault::CanBusOff, FADING_TICKS);
         }
         match state {
             BusState::Active => self.clear(Fault::CanErrorPassive, ports),
@@ -375,6 +376,17 @@ impl Foot {
                 self.raise(Fault::CanErrorPassive, detail, ports);
             }
             BusState::Off => {}
+        }
+    }
+
+    /// Says over the serial line at once what the bus gets to know when it is back.
+    fn lose_bus<M: RawMutex>(&mut self, ports: &Ports<M>) {
+        self.fading.stay(Fault::CanBusOff);
+        let is_news = !self.faults().contains(Fault::CanBusOff);
+        let times = self.counters.get(Counter::CanBusOff);
+        self.node.raise_withheld(Fault::CanBusOff, times);
+        if is_news {
+            self.log(ERROR, Fault::CanBusOff.name(), ports);
         }
     }
 
@@ -577,7 +589,7 @@ impl Foot {
     fn log<M: RawMutex>(&mut self, level: u8, text: &str, ports: &Ports<M>) {
         if level <= self.settings().log_level() {
             let line = LogMessage::new(level, text);
-            self.push_uart(Lane::Answer, &Message::Log(line), ports);
+            self.push_uart(Lane::Answer, &line, ports);
         }
     }
 

@@ -5,9 +5,10 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use estimator_core::Timestamp;
-use wire::uart::{self, Message, Payload};
+use wire::uart::{self, Payload};
 use wire::{CanFrame, Settings};
 
+use crate::commands::Question;
 use crate::supervision::Progress;
 use crate::telemetry::{Lane, Outlet};
 
@@ -17,7 +18,7 @@ pub enum Input {
     /// A CAN frame, and when it came, on the clock of the samples.
     Can(CanFrame, Timestamp),
     /// A request over UART.
-    Uart(Message),
+    Uart(Question),
     /// This many UART frames were refused.
     UartRefused(u32),
     /// This many bytes of the UART were lost.

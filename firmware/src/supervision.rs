@@ -135,6 +135,14 @@ impl Fading {
         }
     }
 
+    /// It has not just happened but lasts: it is kept up until it is held anew.
+    pub fn stay(&mut self, fault: Fault) {
+        if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
+            self.held -= usize::from(*left > 0);
+            *left = 0;
+        }
+    }
+
     /// One tick: hands those whose time is over to `clear`.
     pub fn tick(&mut self, mut clear: impl FnMut(Fault)) {
         if self.held == 0 {
@@ -268,6 +276,22 @@ mod tests {
             fading.tick(|fault| cleared.push((tick, fault)));
         }
         assert_eq!(cleared, [(4, Fault::LateTick)]);
+    }
+
+    #[test]
+    fn a_fault_that_lasts_does_not_fade() {
+        let mut fading = Fading::default();
+        let cleared_within = |fading: &mut Fading, ticks: u32| {
+            let mut cleared = false;
+            (0..ticks).for_each(|_| fading.tick(|_| cleared = true));
+            cleared
+        };
+        fading.hold(Fault::CanBusOff, 3);
+        fading.stay(Fault::CanBusOff);
+        assert!(!cleared_within(&mut fading, 10));
+        fading.hold(Fault::CanBusOff, 3);
+        assert!(!cleared_within(&mut fading, 2));
+        assert!(cleared_within(&mut fading, 1));
     }
 
     #[test]

@@ -15,7 +15,7 @@ pub enum Counter {
     SensorRestarts,
     /// CAN frames that were replaced by newer ones before they could be sent.
     CanDropped,
-    /// Recoveries of the CAN controller from bus-off.
+    /// How often the CAN controller went bus-off.
     CanBusOff,
     /// UART frames that were replaced by newer ones before they could be sent.
     UartDropped,

@@ -48,7 +48,8 @@ pub enum Fault {
     CanOverrun,
     /// The CAN controller is error-passive.
     CanErrorPassive,
-    /// The CAN controller was bus-off and has recovered.
+    /// The CAN controller is bus-off, or was until a moment ago. Its emergency message goes out after
+    /// the recovery.
     CanBusOff,
     /// A received PDO has the wrong length.
     PdoLength,
@@ -142,7 +143,7 @@ impl Fault {
             Self::LateTick => "tick too long",
             Self::CanOverrun => "CAN overrun",
             Self::CanErrorPassive => "CAN error-passive",
-            Self::CanBusOff => "recovered from CAN bus-off",
+            Self::CanBusOff => "CAN bus-off",
             Self::PdoLength => "received PDO has a wrong length",
             Self::UartOverrun => "UART overrun",
             Self::CalibrationFailed => "calibration failed",
@@ -165,7 +166,7 @@ impl Fault {
             Self::LateTick => "how long, µs",
             Self::CanOverrun | Self::UartOverrun => "frames or bytes lost so far",
             Self::CanErrorPassive => "receive and transmit error counter, from the lowest byte",
-            Self::CanBusOff => "recoveries so far",
+            Self::CanBusOff => "how often so far",
             Self::PdoLength => "bytes received",
             Self::PdoTimeout => "event timer, ms",
             Self::ConfigCorrupted | Self::ConfigStore => "index and sub-index, or 0",

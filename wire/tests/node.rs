@@ -533,6 +533,33 @@ fn sdo_is_not_served_when_stopped() {
 }
 
 #[test]
+fn a_withheld_fault_is_there_at_once_and_told_when_it_is_released() {
+    let mut node = node();
+    let emergencies = |node: &mut Node| {
+        let mut frames = Vec::new();
+        for _ in 0..3 {
+            frames.extend(tick(node, &ContactEstimate::default()));
+        }
+        frames.retain(|frame| frame.id() == 0x80 + u16::from(ID));
+        frames
+    };
+    node.raise_withheld(Fault::CanBusOff, 7);
+    assert!(node.faults().contains(Fault::CanBusOff));
+    assert_eq!(emergencies(&mut node), []);
+    node.release(Fault::CanBusOff);
+    let told = emergencies(&mut node);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert_eq!(told[0].data(), [0x40, 0x81, 0x11, 18, 7, 0, 0, 0]);
+    // Whoever was told once is told that it is over.
+    node.raise_withheld(Fault::CanBusOff, 8);
+    assert!(node.clear(Fault::CanBusOff).is_some());
+    // And nobody of what was over before anybody could be told.
+    node.raise_withheld(Fault::CanBusOff, 9);
+    assert_eq!(node.clear(Fault::CanBusOff), None);
+    assert_eq!(emergencies(&mut node), []);
+}
+
+#[test]
 fn faults_are_told_once_remembered_and_cleared() {
     let mut node = node();
     let raised = node.raise(Fault::SensorSilent, 5000).expect("an emergency");

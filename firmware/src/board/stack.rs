@@ -7,22 +7,41 @@ unsafe extern "C" {
     static _stack_start: u32;
 }
 
+/// Words that one look takes in: a fifth of a tick's work. To look at all of the stack at once would
+/// be eight times that work.
+const PIECE: usize = 256;
+
 /// The size of the stack, bytes.
 pub fn size() -> usize {
     (&raw const _stack_start) as usize - (&raw const _stack_end) as usize
 }
 
-/// The deepest the stack has been, bytes.
-pub fn high_water() -> usize {
-    let mut place = &raw const _stack_end;
-    let start = &raw const _stack_start;
-    while place < start {
-        // SAFETY: between its two ends there is the stack, readable and aligned.
-        if unsafe { place.read_volatile() } != STACK_PAINT_VALUE {
-            break;
+/// How deep the stack has been, as far as it was looked at.
+#[derive(Default)]
+pub struct Depth {
+    /// Words from the stack's far end on that still had their paint in this round.
+    painted: usize,
+    /// The deepest so far, words.
+    deepest: usize,
+}
+
+impl Depth {
+    /// Looks at the next piece, and from the far end anew when what is known to be used is reached:
+    /// the deepest the stack has been, bytes, where that is news.
+    pub fn look(&mut self) -> Option<usize> {
+        let words = size() / size_of::<u32>();
+        let unknown = words - self.deepest;
+        let end = unknown.min(self.painted + PIECE);
+        for place in self.painted..end {
+            // SAFETY: between its two ends there is the stack, readable and aligned.
+            let word = unsafe { (&raw const _stack_end).add(place).read_volatile() };
+            if word != STACK_PAINT_VALUE {
+                self.painted = 0;
+                self.deepest = words - place;
+                return Some(self.deepest * size_of::<u32>());
+            }
         }
-        // SAFETY: at most one past the end.
-        place = unsafe { place.add(1) };
+        self.painted = if end == unknown { 0 } else { end };
+        None
     }
-    start as usize - place as usize
 }

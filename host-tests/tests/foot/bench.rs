@@ -287,6 +287,15 @@ impl Bench {
         answers.collect()
     }
 
+    /// The lines of text over UART in the last tick.
+    pub fn lines(&self) -> Vec<&str> {
+        let lines = self.uart.iter().filter_map(|message| match message {
+            Message::Log(line) => Some(line.text()),
+            _ => None,
+        });
+        lines.collect()
+    }
+
     /// The emergencies on the CAN in the last tick.
     pub fn emergencies(&self) -> Vec<Emergency> {
         let frames = self.can.iter().filter(|frame| frame.id() == 0x91);

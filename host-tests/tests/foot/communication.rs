@@ -259,9 +259,10 @@ fn frames_that_the_board_gives_up_are_counted() {
 }
 
 #[test]
-fn bus_off_is_counted_and_told_after_the_recovery() {
+fn bus_off_is_a_fault_while_it_lasts_and_told_on_the_bus_after_the_recovery() {
     let mut bench = bench();
-    for recovery in 1..=2 {
+    let off = Fault::CanBusOff;
+    for times in 1..=2 {
         assert!(bench.ports.try_put(Input::Bus(BusState::Passive(3, 130))));
         bench.still();
         let [passive] = bench.emergencies()[..] else {
@@ -269,33 +270,59 @@ fn bus_off_is_counted_and_told_after_the_recovery() {
         };
         assert_eq!(passive.code, Fault::CanErrorPassive.code());
         assert_eq!(passive.detail, 3 | 130 << 8);
-        for state in [BusState::Off, BusState::Off, BusState::Active] {
-            assert!(bench.ports.try_put(Input::Bus(state)));
+        assert!(bench.ports.try_put(Input::Bus(BusState::Off)));
+        bench.still();
+        assert!(bench.lines().contains(&off.name()), "{:?}", bench.lines());
+        // Longer than a fault that is an event is kept up.
+        for _ in 0..1100 {
+            assert!(bench.foot.faults().contains(off));
+            assert_eq!(bench.emergencies(), []);
+            bench.still();
         }
+        assert_eq!(bench.foot.counters().get(Counter::CanBusOff), times);
+        // The estimate does not suffer from it.
+        let status = bench.contact().expect("a contact frame").status;
+        assert!(status.is_valid() && status.decision() == Decision::Stable);
+        assert!(bench.ports.try_put(Input::Bus(BusState::Active)));
         bench.still();
         let codes: Vec<_> = bench
             .emergencies()
             .iter()
             .map(|e| (e.fault, e.code, e.detail))
             .collect();
-        let off = Fault::CanBusOff;
-        assert!(
-            codes.contains(&(Some(off), off.code(), recovery)),
-            "{codes:?}"
-        );
-        assert!(
-            codes.contains(&(Some(Fault::CanErrorPassive), 0, 0)),
-            "{codes:?}"
-        );
-        assert_eq!(bench.foot.counters().get(Counter::CanBusOff), recovery);
-        // The estimate does not suffer from it.
-        let status = bench.contact().expect("a contact frame").status;
-        assert!(status.is_valid() && status.decision() == Decision::Stable);
-        for _ in 0..1001 {
+        let expected = [
+            (Some(Fault::CanErrorPassive), 0, 0),
+            (Some(off), off.code(), times),
+        ];
+        assert_eq!(codes, expected);
+        for _ in 0..998 {
             bench.still();
         }
+        assert!(bench.foot.faults().contains(off));
+        bench.still();
         assert_eq!(bench.foot.faults(), Faults::NONE);
     }
+}
+
+#[test]
+fn a_bus_that_is_lost_again_and_again_is_told_once_and_never_forgotten_meanwhile() {
+    let mut bench = bench();
+    let mut told = 0;
+    for _ in 0..20 {
+        for state in [BusState::Off, BusState::Active, BusState::Off] {
+            assert!(bench.ports.try_put(Input::Bus(state)));
+        }
+        for _ in 0..1100 {
+            bench.still();
+            assert!(bench.foot.faults().contains(Fault::CanBusOff));
+            assert_eq!(bench.emergencies(), []);
+        }
+        assert!(bench.ports.try_put(Input::Bus(BusState::Active)));
+        bench.still();
+        told += bench.emergencies().len();
+    }
+    assert_eq!(told, 1);
+    assert_eq!(bench.foot.counters().get(Counter::CanBusOff), 40);
 }
 
 #[test]

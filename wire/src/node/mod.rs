@@ -71,6 +71,8 @@ pub struct Node {
     sequence: u8,
     /// The faults of which an emergency message was sent since the last boot.
     told: Faults,
+    /// The faults of which none is to be sent yet.
+    withheld: Faults,
     /// The detail of each fault, by its number.
     details: [u32; Fault::ALL.len()],
 }
@@ -115,6 +117,7 @@ impl Node {
             last_sync: LastSync::default(),
             sequence: 0,
             told: Faults::NONE,
+            withheld: Faults::NONE,
             details: [0; Fault::ALL.len()],
         }
     }
@@ -307,6 +310,27 @@ impl Node {
         if self.device.faults.contains(fault) {
             return None;
         }
+        self.note(fault, detail);
+        self.tell(fault)
+    }
+
+    /// The same for a fault of which nobody can be told while it lasts: [`Node::tick`] sends the
+    /// emergency message after [`Node::release`].
+    pub fn raise_withheld(&mut self, fault: Fault, detail: u32) {
+        if !self.told.contains(fault) {
+            self.withheld = self.withheld.with(fault);
+        }
+        if !self.device.faults.contains(fault) {
+            self.note(fault, detail);
+        }
+    }
+
+    /// From now on the bus may be told of a fault that was withheld.
+    pub fn release(&mut self, fault: Fault) {
+        self.withheld = self.withheld.without(fault);
+    }
+
+    fn note(&mut self, fault: Fault, detail: u32) {
         self.device.faults = self.device.faults.with(fault);
         self.device.history.rotate_right(1);
         if let Some(newest) = self.device.history.first_mut() {
@@ -315,12 +339,12 @@ impl Node {
         if let Some(place) = self.details.get_mut(usize::from(fault.number())) {
             *place = detail;
         }
-        self.tell(fault)
     }
 
     /// A fault has gone: the emergency message to send, where anybody was told of the fault.
     pub fn clear(&mut self, fault: Fault) -> Option<CanFrame> {
         self.device.faults = self.device.faults.without(fault);
+        self.withheld = self.withheld.without(fault);
         let told = self.told.contains(fault);
         self.told = self.told.without(fault);
         let id = self.id_for_emergencies().filter(|_| told)?;
@@ -388,7 +412,8 @@ impl Node {
         if let Some(heartbeat) = self.heartbeat(id) {
             send(heartbeat);
         }
-        let untold = self.device.faults.without_all(self.told);
+        let tellable = self.device.faults.without_all(self.withheld);
+        let untold = tellable.without_all(self.told);
         if !untold.is_empty()
             && let Some(fault) = untold.iter().next()
             && let Some(emergency) = self.tell(fault)

@@ -3,21 +3,57 @@
 //! Each zero is replaced by the distance to the next, the first distance stands in front, and a
 //! zero ends the frame.
 
-/// Codes a frame in its place: at most 254 bytes, with a zero byte before them, which becomes the
-/// first distance, and one after them, which stays.
-pub(super) fn encode(frame: &mut [u8]) {
-    let Some((_end, bytes)) = frame.split_last_mut() else {
-        return;
-    };
-    // From the back, where the next zero is known.
-    let mut distance = 1_u32;
-    for byte in bytes.iter_mut().rev() {
-        if *byte == 0 {
-            *byte = distance as u8;
-            distance = 0;
+/// Codes at most 254 bytes in their place, one after the other, so that whoever looks at each byte
+/// anyway can do so in the same loop.
+#[derive(Debug)]
+pub(super) struct Coding<'a> {
+    /// Where the distance to the next zero belongs: in the place of the one before.
+    place: &'a mut u8,
+    distance: u32,
+}
+
+impl<'a> Coding<'a> {
+    /// Begins a frame: `first` is the byte before all others, for the first distance.
+    pub(super) const fn new(first: &'a mut u8) -> Self {
+        Self {
+            place: first,
+            distance: 1,
         }
-        distance = distance.wrapping_add(1);
     }
+
+    /// Takes the next byte in.
+    #[inline(always)]
+    pub(super) const fn push(&mut self, byte: &'a mut u8) {
+        if *byte == 0 {
+            *self.place = self.distance as u8;
+            self.place = byte;
+            self.distance = 0;
+        }
+        self.distance = self.distance.wrapping_add(1);
+    }
+
+    /// Takes the next four bytes in; where none of them is zero, which is mostly so, at once.
+    #[inline(always)]
+    pub(super) fn push_four(&mut self, bytes: &'a mut [u8; 4]) {
+        if has_zero(u32::from_le_bytes(*bytes)) {
+            for byte in bytes {
+                self.push(byte);
+            }
+        } else {
+            self.distance = self.distance.wrapping_add(4);
+        }
+    }
+
+    /// All bytes are in: a zero has to follow them.
+    pub(super) const fn finish(self) {
+        *self.place = self.distance as u8;
+    }
+}
+
+/// Whether one of the four bytes is zero: with one taken from each, no other gets a highest bit that
+/// it did not have, but for a byte above a zero.
+const fn has_zero(word: u32) -> bool {
+    word.wrapping_sub(0x0101_0101) & !word & 0x8080_8080 != 0
 }
 
 /// Decodes one byte after the other.
@@ -70,8 +106,21 @@ mod tests {
     }
 
     fn encoded(plain: &[u8]) -> Vec<u8> {
-        let mut frame = [&[0], plain, &[0]].concat();
-        encode(&mut frame);
+        let mut frame = [&[0xEE], plain, &[0]].concat();
+        let mut by_fours = frame.clone();
+        if let [first, bytes @ .., _end] = &mut frame[..] {
+            let mut coding = Coding::new(first);
+            bytes.iter_mut().for_each(|byte| coding.push(byte));
+            coding.finish();
+        }
+        if let [first, bytes @ .., _end] = &mut by_fours[..] {
+            let mut coding = Coding::new(first);
+            let (fours, rest) = bytes.as_chunks_mut();
+            fours.iter_mut().for_each(|four| coding.push_four(four));
+            rest.iter_mut().for_each(|byte| coding.push(byte));
+            coding.finish();
+        }
+        assert_eq!(frame, by_fours);
         frame
     }
 

@@ -275,8 +275,7 @@ mod tests {
         // A whole frame with a long tail is none: what does not fit is not just left out.
         let mut plain: Vec<u8> = std::vec![super::super::VERSION, 0x20, 0, 0, 1];
         plain.resize(MAX_DECODED - 4, b'x');
-        let check = super::super::CRC.checksum(&plain).to_le_bytes();
-        plain.extend(check);
+        plain.extend(super::super::check::of(&plain));
         for tail in [0, 1, 90] {
             let mut coded = ::cobs::encode_vec(&[&plain[..], &std::vec![7; tail]].concat());
             coded.push(0);

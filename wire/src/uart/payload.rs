@@ -1,7 +1,7 @@
 //! What can be made a frame of: a message, or by itself what is sent again and again. A message is
 //! as large as its largest kind, and moving it costs more than writing most of them.
 
-use super::{ContactMessage, HealthMessage, Kind, RawSample};
+use super::{ConfigResponse, ContactMessage, HealthMessage, Kind, LogMessage, RawSample};
 use crate::bytes::Writer;
 
 /// The contents of a frame.
@@ -27,4 +27,10 @@ macro_rules! payload {
     )*};
 }
 
-payload!(ContactMessage is Contact, RawSample is Raw, HealthMessage is Health);
+payload!(
+    ContactMessage is Contact,
+    RawSample is Raw,
+    HealthMessage is Health,
+    ConfigResponse is ConfigResponse,
+    LogMessage is Log
+);

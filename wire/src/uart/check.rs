@@ -1,0 +1,76 @@
+//! The check of a frame: CRC-32 (ISO-HDLC, as in zlib and Ethernet), with the library's table, but a
+//! few bytes at a time, so that whoever looks at each byte anyway can do so in the same loop.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+static TABLE: [u32; 256] = {
+    let [table] = *Crc::<u32>::new(&CRC_32_ISO_HDLC).table();
+    table
+};
+
+/// A check under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Check(u32);
+
+impl Check {
+    pub(super) const fn new() -> Self {
+        Self(CRC_32_ISO_HDLC.init)
+    }
+
+    /// Takes the next byte in.
+    #[inline(always)]
+    pub(super) fn push(&mut self, byte: u8) {
+        self.0 ^= u32::from(byte);
+        self.shift();
+    }
+
+    /// Takes the next four bytes in.
+    #[inline(always)]
+    pub(super) fn push_four(&mut self, bytes: [u8; 4]) {
+        self.0 ^= u32::from_le_bytes(bytes);
+        for _ in 0..4 {
+            self.shift();
+        }
+    }
+
+    #[inline(always)]
+    fn shift(&mut self) {
+        self.0 = TABLE[usize::from(self.0 as u8)] ^ self.0 >> 8;
+    }
+
+    /// The bytes that follow those that were taken in.
+    pub(super) const fn finish(self) -> [u8; 4] {
+        (self.0 ^ CRC_32_ISO_HDLC.xorout).to_le_bytes()
+    }
+}
+
+/// The check of some bytes.
+pub(super) fn of(bytes: &[u8]) -> [u8; 4] {
+    let mut check = Check::new();
+    for byte in bytes {
+        check.push(*byte);
+    }
+    check.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn it_is_the_librarys_however_many_bytes_are_taken_in_at_a_time() {
+        let theirs = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+        assert_eq!(of(b"123456789"), 0xCBF4_3926_u32.to_le_bytes());
+        for length in 0..=132_u8 {
+            let bytes: Vec<u8> = (0..length).map(|i| i.wrapping_mul(37) ^ length).collect();
+            let expected = theirs.checksum(&bytes).to_le_bytes();
+            assert_eq!(of(&bytes), expected);
+            let mut by_fours = Check::new();
+            let (fours, rest) = bytes.as_chunks::<4>();
+            fours.iter().for_each(|four| by_fours.push_four(*four));
+            rest.iter().for_each(|byte| by_fours.push(*byte));
+            assert_eq!(by_fours.finish(), expected);
+        }
+    }
+}
