@@ -23,7 +23,8 @@ pub enum Input {
     UartRefused(u32),
     /// This many bytes of the UART were lost.
     UartLost(u32),
-    /// This many received CAN frames were lost.
+    /// At least this many received CAN frames were lost: a controller tells once that there was no
+    /// room, however many came before somebody looked.
     CanLost(u32),
     /// This many CAN frames were given up because the bus took nothing.
     CanWithdrawn(u32),
