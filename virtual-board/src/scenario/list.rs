@@ -19,6 +19,9 @@ const TIMER: u16 = 28;
 /// The interrupt of the DMA that feeds the serial line.
 const SERIAL_DMA: u16 = 70;
 
+/// The stream of DMA2 that fetches from the sensor's bus.
+const SENSOR_STREAM: usize = 0;
+
 /// A source of load that is plugged in, as read.
 const LOADED: u16 = 2000;
 
@@ -92,6 +95,20 @@ pub static ALL: &[Scenario] = &[
         },
         blind_us: FOUND_US,
         tells: Tells::Fault(Told::SensorConfigMismatch),
+        ..SENSOR
+    },
+    Scenario {
+        name: "spi-dma-error",
+        what: "SPI: the DMA meets an error in the middle of each sample",
+        steps: |_| vec![Step::Wrong(Fault::DmaError(SENSOR_STREAM))],
+        tells: Tells::Fault(Told::SensorSilent),
+        ..SENSOR
+    },
+    Scenario {
+        name: "spi-hung",
+        what: "SPI: its clock stands",
+        steps: |_| vec![Step::Wrong(Fault::SensorClockStopped)],
+        tells: Tells::Fault(Told::SensorSilent),
         ..SENSOR
     },
     Scenario {
