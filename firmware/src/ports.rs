@@ -26,6 +26,8 @@ pub enum Input {
     /// At least this many received CAN frames were lost: a controller tells once that there was no
     /// room, however many came before somebody looked.
     CanLost(u32),
+    /// This many UART frames could not be sent.
+    UartDropped(u32),
     /// This many CAN frames were given up because the bus took nothing.
     CanWithdrawn(u32),
     /// What the CAN controller says of the bus.

@@ -19,8 +19,9 @@ const TIMER: u16 = 28;
 /// The interrupt of the DMA that feeds the serial line.
 const SERIAL_DMA: u16 = 70;
 
-/// The stream of DMA2 that fetches from the sensor's bus.
+/// The streams of DMA2 that fetch from the sensor's bus and feed the serial line.
 const SENSOR_STREAM: usize = 0;
+const SERIAL_STREAM: usize = 7;
 
 /// A source of load that is plugged in, as read.
 const LOADED: u16 = 2000;
@@ -252,6 +253,14 @@ pub static ALL: &[Scenario] = &[
         steps: |_| vec![Step::Wrong(Fault::Line(LineFault::Break))],
         lasts_ms: LASTING,
         tells: Tells::Fault(Told::UartOverrun),
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-dma-error",
+        what: "serial line: the DMA meets an error in the middle of each transfer",
+        steps: |_| vec![Step::Wrong(Fault::DmaError(SERIAL_STREAM))],
+        lasts_ms: LASTING,
+        tells: Tells::Counter(Counter::UartDropped),
         ..PLAIN
     },
     Scenario {
