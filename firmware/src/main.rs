@@ -205,7 +205,11 @@ async fn send_uart(mut uart: board::uart::Sender) {
         let length = PORTS.take_uart(&mut batch);
         let rate = match batch.get(..length) {
             Some(bytes @ [_, ..]) => {
-                uart.send(bytes).await;
+                if uart.send(bytes).await.is_err() {
+                    // Each frame ends with its only zero.
+                    let frames = bytes.iter().filter(|byte| **byte == 0).count();
+                    PORTS.put(Input::UartDropped(frames as u32)).await;
+                }
                 UART_RATE.try_take()
             }
             _ => match select(PORTS.uart_ready(), UART_RATE.wait()).await {

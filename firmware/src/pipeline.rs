@@ -285,6 +285,7 @@ impl Foot {
                 let lost = self.counters.get(Counter::UartOverruns);
                 self.raise_for_a_while(Fault::UartOverrun, lost, ports);
             }
+            Input::UartDropped(count) => self.counters.add(Counter::UartDropped, *count),
             Input::CanWithdrawn(count) => self.counters.add(Counter::CanDropped, *count),
             Input::CanLost(count) => {
                 self.can_lost = self.can_lost.wrapping_add(*count);

@@ -23,8 +23,11 @@ pub enum Input {
     UartRefused(u32),
     /// This many bytes of the UART were lost.
     UartLost(u32),
-    /// This many received CAN frames were lost.
+    /// At least this many received CAN frames were lost: a controller tells once that there was no
+    /// room, however many came before somebody looked.
     CanLost(u32),
+    /// This many UART frames could not be sent.
+    UartDropped(u32),
     /// This many CAN frames were given up because the bus took nothing.
     CanWithdrawn(u32),
     /// What the CAN controller says of the bus.

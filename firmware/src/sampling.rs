@@ -8,7 +8,7 @@
 //!
 //! | what is wrong | how it is noticed | after at most |
 //! |---|---|---|
-//! | no edge, nothing new, a status that no part sends | three bad ticks within twenty | 3 ticks |
+//! | no edge, nothing new, a status that no part sends, a transfer that fails | three bad ticks within twenty | 3 ticks |
 //! | outputs that repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 4 ticks |
 //! | another identity, data rates gone, as after a reset | read back in turns, one register a tick | 4 ticks |
 //! | any other register of the configuration | as above | 64 ticks |

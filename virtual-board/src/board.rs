@@ -65,6 +65,10 @@ impl Motion for Still {
 pub enum Fault {
     /// Of the sensor or its line.
     Sensor(SensorFault),
+    /// The clock on the sensor's bus stops, and a reset of its controller does not mend it.
+    SensorClockStopped,
+    /// This stream of DMA2 meets an error in the middle of each transfer.
+    DmaError(usize),
     /// Of the CAN bus.
     Bus(BusFault),
     /// Of the serial line.
@@ -94,7 +98,8 @@ pub enum Fault {
     SettingsErased,
     /// Bits have flipped all over the pages with the settings, where something was written.
     SettingsDamaged,
-    /// Every fault of the sensor, of the bus, of the serial line and of the load sensor goes.
+    /// Every fault of the sensor and its bus, of DMA, of CAN, of the serial line and of the load
+    /// sensor goes.
     Clear,
 }
 
@@ -258,6 +263,8 @@ impl Board {
             Fault::Sensor(fault) => {
                 machine.chip.with_sensor(now, |sensor| sensor.inject(fault));
             }
+            Fault::SensorClockStopped => machine.chip.set_sensor_clock_stopped(true, now),
+            Fault::DmaError(stream) => machine.chip.failing_stream = Some(stream),
             Fault::Bus(fault) => machine.chip.can.set_fault(fault),
             Fault::CrystalLost => machine.lose_crystal(),
             Fault::BrownOut => machine.chip.request_reset(ResetCause::BrownOut),
@@ -282,6 +289,8 @@ impl Board {
                 let pclk = machine.chip.usart_clock(CONSOLE);
                 machine.chip.usarts[CONSOLE].set_fault(LineFault::None, now, pclk);
                 machine.chip.with_sensor(now, Sensor::clear_faults);
+                machine.chip.set_sensor_clock_stopped(false, now);
+                machine.chip.failing_stream = None;
                 machine.chip.can.set_fault(BusFault::None);
                 machine.chip.adc.inputs[LOAD] = self.load;
             }

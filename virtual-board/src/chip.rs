@@ -202,6 +202,8 @@ pub struct Chip {
     pub transactions: Option<Vec<Transaction>>,
     /// How often the chip was reset, and why last.
     pub resets: Vec<(u64, ResetCause)>,
+    /// A stream of DMA2 that meets an error in the middle of each transfer.
+    pub failing_stream: Option<usize>,
     pwr: Pwr,
     exti: Exti,
     dmas: [Dma; 2],
@@ -241,6 +243,7 @@ impl Chip {
             data_ready: None,
             transactions: None,
             resets: Vec::new(),
+            failing_stream: None,
             pwr: Pwr::default(),
             exti: Exti::default(),
             dmas: Default::default(),
@@ -289,7 +292,9 @@ impl Chip {
         self.pwr = Pwr::default();
         self.exti = Exti::default();
         self.dmas = Default::default();
-        self.spis = Default::default();
+        for spi in &mut self.spis {
+            spi.reset();
+        }
         for timer in &mut self.timers {
             timer.reset(cycle(clocks.timers1));
         }
@@ -351,6 +356,12 @@ impl Chip {
         } else {
             clocks.pclk1
         }
+    }
+
+    /// The clock on the sensor's bus stops, or runs again.
+    pub const fn set_sensor_clock_stopped(&mut self, stopped: bool, now: u64) {
+        let pclk = self.pclk_of_spi(0);
+        self.spis[0].set_stopped(stopped, now, pclk);
     }
 
     /// The peripheral's clock of a serial line.
@@ -601,6 +612,13 @@ impl Chip {
         memory: &mut dyn Memory,
         now: u64,
     ) -> Result<(), String> {
+        if controller == 1
+            && self.failing_stream == Some(stream)
+            && self.dmas[controller].streams[stream].is_half_done()
+        {
+            self.dmas[controller].moved(stream, false);
+            return Ok(());
+        }
         let item = self.dmas[controller].streams[stream].item();
         let mut bytes = [0; 4];
         // CCM RAM hangs on the core only.
@@ -819,7 +837,7 @@ impl Chip {
         let clocks = self.rcc.clocks();
         match part {
             Part::Timer(index) => self.timers[index].reset(cycle(clocks.timers1)),
-            Part::Spi(index) => self.spis[index] = Spi::default(),
+            Part::Spi(index) => self.spis[index].reset(),
             Part::Usart(index) => self.usarts[index].reset(),
             Part::Can => self.can.reset(clocks.pclk1, now),
             Part::Pwr => self.pwr = Pwr::default(),

@@ -164,7 +164,7 @@ impl Fault {
             Self::LoadSensorOpen => "raw reading",
             Self::Panic | Self::HardFault => "program counter",
             Self::LateTick => "how long, µs",
-            Self::CanOverrun | Self::UartOverrun => "frames or bytes lost so far",
+            Self::CanOverrun | Self::UartOverrun => "frames or bytes lost so far, at least",
             Self::CanErrorPassive => "receive and transmit error counter, from the lowest byte",
             Self::CanBusOff => "how often so far",
             Self::PdoLength => "bytes received",

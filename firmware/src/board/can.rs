@@ -186,7 +186,7 @@ impl Sender {
     pub fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
         let mut withdrawn = 0;
         for mailbox in mailboxes() {
-            if waiting_in(mailbox).is_some_and(|id| ids.contains(&id)) && self.0.abort(mailbox) {
+            if ask_back(mailbox, ids) && was_given_back(mailbox) {
                 withdrawn += 1;
             }
         }
@@ -238,6 +238,30 @@ fn tell_of_empty_mailboxes(tell: bool) {
 fn waiting_in(mailbox: Mailbox) -> Option<u16> {
     let content = CAN1.tx(mailbox as usize).tir().read();
     content.txrq().then_some(content.stid())
+}
+
+/// Asks for the frame that waits there, where it has one of these identifiers. Meanwhile nobody
+/// puts another one in its place.
+fn ask_back(mailbox: Mailbox, ids: &Range<u16>) -> bool {
+    critical_section::with(|_| {
+        let asked = waiting_in(mailbox).is_some_and(|id| ids.contains(&id));
+        if asked {
+            // Only ones do something.
+            CAN1.tsr().write(|w| w.set_abrq(mailbox as usize, true));
+        }
+        asked
+    })
+}
+
+/// Waits until the mailbox is empty, which is at once or after the frame on the bus, and tells
+/// whether its frame was not sent. Where it is full again already, that is not known any more.
+fn was_given_back(mailbox: Mailbox) -> bool {
+    loop {
+        let status = CAN1.tsr().read();
+        if !status.abrq(mailbox as usize) {
+            return !status.txok(mailbox as usize);
+        }
+    }
 }
 
 fn mailboxes() -> impl Iterator<Item = Mailbox> {

@@ -10,7 +10,8 @@ use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::dma::regs::{Cr, Ixr, Ndtr};
-use embassy_stm32::pac::{DMA2, SPI1};
+use embassy_stm32::pac::spi::regs::Cr1;
+use embassy_stm32::pac::{DMA2, RCC, SPI1};
 use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{Config, MODE_3, Spi};
 use embassy_stm32::time::Hertz;
@@ -21,6 +22,7 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 
 use super::URGENT_PRIORITY;
+use super::timebase::Patience;
 
 /// Waits on the HAL's timer, at least as long as it says.
 pub struct Delay;
@@ -53,11 +55,19 @@ const RECEIVING: u32 = BOTH | 1 << 4 | 1 << 2;
 /// Up to here the bytes are gone before a DMA would be set up.
 const SHORT: usize = 4;
 
+/// Looks for a byte before it counts as lost. It takes 0.8 µs; these take 25 at the least.
+const LOOKS: u32 = 1000;
+
+/// How long a burst may take, µs: three times as long as that of a sample.
+const BURST_MICROS: u32 = 50;
+
 /// The sensor on its bus, alone.
 pub struct Bus {
     /// Kept for its pins.
     _spi: Spi<'static, Blocking, Master>,
     select: Output<'static>,
+    /// What the HAL made of the controller.
+    setting: Cr1,
 }
 
 /// The peripherals.
@@ -105,6 +115,7 @@ impl Parts {
         Bus {
             _spi: spi,
             select: Output::new(self.select, Level::High, Speed::VeryHigh),
+            setting: SPI1.cr1().read(),
         }
     }
 }
@@ -138,8 +149,7 @@ impl SpiDevice for Bus {
                 }
             };
             result = if bytes.len() <= SHORT {
-                exchange(bytes);
-                Ok(())
+                exchange(bytes)
             } else {
                 burst(bytes)
             };
@@ -148,17 +158,39 @@ impl SpiDevice for Bus {
             }
         }
         self.select.set_high();
+        if result.is_err() {
+            self.restart();
+        }
         result
     }
 }
 
+impl Bus {
+    /// Makes the controller as it was after the start, whatever it is in the middle of: a byte on
+    /// its way, one that nobody has fetched and that every later answer would come behind, a clock
+    /// that stands.
+    fn restart(&mut self) {
+        // Nobody else touches this register once the board has started.
+        RCC.apb2rstr().modify(|w| w.set_spi1rst(true));
+        RCC.apb2rstr().modify(|w| w.set_spi1rst(false));
+        SPI1.cr1().write_value(self.setting);
+    }
+}
+
 /// Sends bytes and receives as many in their place, waiting for each.
-fn exchange(bytes: &mut [u8]) {
+fn exchange(bytes: &mut [u8]) -> Result<(), ErrorKind> {
     for byte in bytes {
         SPI1.dr().write(|w| w.set_dr(u16::from(*byte)));
-        while !SPI1.sr().read().rxne() {}
+        let mut looks = 0;
+        while !SPI1.sr().read().rxne() {
+            looks += 1;
+            if looks == LOOKS {
+                return Err(ErrorKind::Other);
+            }
+        }
         *byte = SPI1.dr().read().dr() as u8;
     }
+    Ok(())
 }
 
 /// The same over DMA; the processor sleeps meanwhile, 14 µs for a sample. To leave to others what
@@ -174,9 +206,10 @@ fn burst(bytes: &mut [u8]) -> Result<(), ErrorKind> {
         place.ndtr().write_value(Ndtr(bytes.len() as u32));
         place.cr().write_value(Cr(setting));
     }
+    let patience = Patience::start(BURST_MICROS);
     SPI1.cr2().modify(|w| w.set_txdmaen(true));
     // It stops by itself, at its end or with an error. The end is an interrupt, and so an event.
-    while DMA2.st(RECEIVE).cr().read().en() {
+    while DMA2.st(RECEIVE).cr().read().en() && !patience.is_over() {
         cortex_m::asm::wfe();
     }
     compiler_fence(Ordering::Acquire);
@@ -185,11 +218,16 @@ fn burst(bytes: &mut [u8]) -> Result<(), ErrorKind> {
         w.set_txdmaen(false);
     });
     if DMA2.st(RECEIVE).ndtr().read().ndt() == 0 {
-        Ok(())
-    } else {
-        DMA2.st(TRANSMIT).cr().write_value(Cr(0));
-        Err(ErrorKind::Other)
+        return Ok(());
     }
+    for stream in [TRANSMIT, RECEIVE] {
+        let control = DMA2.st(stream).cr();
+        control.write_value(Cr(0));
+        // Not later than the byte it is moving: from here on the bytes are the caller's.
+        while control.read().en() {}
+    }
+    compiler_fence(Ordering::Acquire);
+    Err(ErrorKind::Other)
 }
 
 /// The burst has ended: to be awake again is all that is to be done.

@@ -2,7 +2,8 @@
 //!
 //! The timer counts microseconds for ever. Compare channel 2 is the tick. Channel 1 captures each
 //! rising edge of the sensor's data-ready line; only the first edge after a tick raises an
-//! interrupt. Channel 3 says that there was none. TIM4 counts all captures, with TIM2's trigger
+//! interrupt. Channel 3 says that there was none. Channel 4 wakes whoever sleeps for longer than he
+//! should ([`Patience`]). TIM4 counts all captures, with TIM2's trigger
 //! output as its clock, so that too many edges or too few are noticed and cost no interrupts.
 
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
@@ -28,6 +29,7 @@ const EDGE_MICROS: u32 = EDGE_LIMIT_US as u32;
 const EDGE: usize = 0;
 const TICK: usize = 1;
 const DEADLINE: usize = 2;
+const PATIENCE: usize = 3;
 
 /// How often the counter has wrapped.
 static WRAPS: AtomicU32 = AtomicU32::new(0);
@@ -91,6 +93,7 @@ impl Timebase {
         TIM2.dier().modify(|w| {
             w.set_uie(true);
             w.set_ccie(TICK, true);
+            w.set_ccie(PATIENCE, true);
         });
         TIM2.cr1().modify(|w| w.set_cen(true));
         interrupt::TIM2.set_priority(URGENT_PRIORITY);
@@ -138,6 +141,35 @@ fn now_micros() -> u64 {
     }
 }
 
+/// A wait that must not last. Its end is an interrupt, and so an event, also for a processor that
+/// sleeps until there is one.
+pub struct Patience {
+    end: u32,
+}
+
+impl Patience {
+    /// Waits for `micros` from now on. Only the sampling level does, and never twice at once.
+    pub fn start(micros: u32) -> Self {
+        let end = TIM2.cnt().read().wrapping_add(micros);
+        TIM2.ccr(PATIENCE).write_value(end);
+        Self { end }
+    }
+
+    /// Whether it has come to its end.
+    pub fn is_over(&self) -> bool {
+        let left = self.end.wrapping_sub(TIM2.cnt().read());
+        left == 0 || left > u32::MAX / 2
+    }
+}
+
+impl Drop for Patience {
+    /// Behind the counter, the end comes once more in an hour, and does no harm.
+    fn drop(&mut self) {
+        TIM2.ccr(PATIENCE)
+            .write_value(self.end.wrapping_sub(1 << 31));
+    }
+}
+
 /// When the counter was at `count`, less than a wrap ago.
 fn extend(count: u32) -> Timestamp {
     let now = now_micros();
@@ -180,6 +212,9 @@ fn TIM2() {
     } else if pending.ccif(DEADLINE) && enabled.ccie(DEADLINE) {
         wait_for_edge(false);
         raise(None);
+    } else if pending.ccif(PATIENCE) {
+        // To be awake again is all that is to be done.
+        acknowledge(|w| w.set_ccif(PATIENCE, false));
     }
 }
 

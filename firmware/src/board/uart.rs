@@ -64,6 +64,9 @@ pub struct Parts {
 /// The sending half.
 pub struct Sender(UartTx<'static, Async>);
 
+/// Not all of it was sent.
+pub struct NotSent;
+
 /// The receiving half.
 pub struct Receiver(RingBufferedUartRx<'static>);
 
@@ -105,7 +108,14 @@ impl Parts {
 
 impl Sender {
     /// Sends bytes from RAM; done when the last one is in the transmitter.
-    pub async fn send(&mut self, bytes: &[u8]) {
+    ///
+    /// # Errors
+    /// The DMA could not bring all of them.
+    pub async fn send(&mut self, bytes: &[u8]) -> Result<(), NotSent> {
+        // A stream that has nothing to do says nothing when it is done.
+        if bytes.is_empty() {
+            return Ok(());
+        }
         let _stop = Stop;
         let stream = DMA2.st(TRANSMIT);
         DMA2.ifcr(TRANSMIT / 4).write_value(Ixr(EVENTS));
@@ -126,6 +136,10 @@ impl Sender {
             }
         })
         .await;
+        match stream.ndtr().read().ndt() {
+            0 => Ok(()),
+            _ => Err(NotSent),
+        }
     }
 
     /// Changes the rate of both directions, once what was sent is out. One that the peripheral

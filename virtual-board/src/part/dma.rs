@@ -93,7 +93,13 @@ impl Stream {
         }
     }
 
-    /// Nothing is at one of its addresses.
+    /// Whether half of its items or more are moved.
+    #[must_use]
+    pub const fn is_half_done(&self) -> bool {
+        self.left <= self.length / 2
+    }
+
+    /// An error on the bus: nothing is at one of its addresses, for one.
     const fn failed(&mut self) {
         self.flags |= TE;
         self.control &= !EN;

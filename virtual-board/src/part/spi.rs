@@ -24,6 +24,8 @@ pub struct Spi {
     done_at: u64,
     /// The data register was read with an overrun pending.
     overrun_read: bool,
+    /// Its clock stands: no frame ends.
+    stopped: bool,
 }
 
 impl Default for Spi {
@@ -36,11 +38,26 @@ impl Default for Spi {
             received: 0,
             done_at: NEVER,
             overrun_read: false,
+            stopped: false,
         }
     }
 }
 
 impl Spi {
+    /// A reset.
+    pub fn reset(&mut self) {
+        *self = Self {
+            stopped: self.stopped,
+            ..Self::default()
+        };
+    }
+
+    /// Its clock stops for good, whatever the program does, or runs again.
+    pub const fn set_stopped(&mut self, stopped: bool, now: u64, pclk: u32) {
+        self.stopped = stopped;
+        self.time_frame(now, pclk);
+    }
+
     /// When the frame on the bus ends.
     #[must_use]
     pub const fn next_event(&self) -> u64 {
@@ -85,9 +102,18 @@ impl Spi {
         }
         if let Some(byte) = self.waiting.take() {
             self.shifting = Some(byte);
-            self.done_at = now + 8 * cycle(self.bit_rate(pclk));
             self.status |= TXE;
+            self.time_frame(now, pclk);
         }
+    }
+
+    /// The frame on the bus, if there is one, begins now.
+    const fn time_frame(&mut self, now: u64, pclk: u32) {
+        self.done_at = if self.shifting.is_some() && !self.stopped {
+            now + 8 * cycle(self.bit_rate(pclk))
+        } else {
+            NEVER
+        };
     }
 
     /// Whether DMA is to bring a byte.

@@ -19,6 +19,10 @@ const TIMER: u16 = 28;
 /// The interrupt of the DMA that feeds the serial line.
 const SERIAL_DMA: u16 = 70;
 
+/// The streams of DMA2 that fetch from the sensor's bus and feed the serial line.
+const SENSOR_STREAM: usize = 0;
+const SERIAL_STREAM: usize = 7;
+
 /// A source of load that is plugged in, as read.
 const LOADED: u16 = 2000;
 
@@ -92,6 +96,20 @@ pub static ALL: &[Scenario] = &[
         },
         blind_us: FOUND_US,
         tells: Tells::Fault(Told::SensorConfigMismatch),
+        ..SENSOR
+    },
+    Scenario {
+        name: "spi-dma-error",
+        what: "SPI: the DMA meets an error in the middle of each sample",
+        steps: |_| vec![Step::Wrong(Fault::DmaError(SENSOR_STREAM))],
+        tells: Tells::Fault(Told::SensorSilent),
+        ..SENSOR
+    },
+    Scenario {
+        name: "spi-hung",
+        what: "SPI: its clock stands",
+        steps: |_| vec![Step::Wrong(Fault::SensorClockStopped)],
+        tells: Tells::Fault(Told::SensorSilent),
         ..SENSOR
     },
     Scenario {
@@ -235,6 +253,14 @@ pub static ALL: &[Scenario] = &[
         steps: |_| vec![Step::Wrong(Fault::Line(LineFault::Break))],
         lasts_ms: LASTING,
         tells: Tells::Fault(Told::UartOverrun),
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-dma-error",
+        what: "serial line: the DMA meets an error in the middle of each transfer",
+        steps: |_| vec![Step::Wrong(Fault::DmaError(SERIAL_STREAM))],
+        lasts_ms: LASTING,
+        tells: Tells::Counter(Counter::UartDropped),
         ..PLAIN
     },
     Scenario {
