@@ -4,11 +4,11 @@ use crate::attitude::{Alignment, AttitudeFilter};
 use crate::flag::{Flag, Flags};
 use crate::params::{Config, Gravity, STANDARD_GRAVITY};
 use crate::phase::{Decision, Load, Phase, PhaseTracker};
-use crate::probability::{DensityEstimator, Probabilities};
+use crate::probability::{Density, Probabilities};
 use crate::residual::{Foot, ResidualFilter};
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
 use crate::vector::Quaternion;
-use crate::window::Filling;
+use crate::window::{AnyRing, Filling, Ring};
 
 /// What is known about the foot's contact after one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,7 +38,11 @@ pub struct ContactEstimate {
 /// The contact estimator of one foot: attitude filter, density estimate and decision, with room
 /// for `CAPACITY` samples in the window.
 #[derive(Clone, Debug)]
-pub struct ContactEstimator<const CAPACITY: usize> {
+pub struct ContactEstimator<const CAPACITY: usize>(Pipeline<Ring<CAPACITY>>);
+
+/// The same with any ring.
+#[derive(Clone, Debug)]
+struct Pipeline<R: ?Sized> {
     gravity: Gravity,
     period_us: u64,
     /// The least time between two samples with one missing between them.
@@ -46,9 +50,9 @@ pub struct ContactEstimator<const CAPACITY: usize> {
     attitude: AttitudeFilter,
     /// None where nothing is to be taken out.
     residual: Option<ResidualFilter>,
-    density: DensityEstimator<CAPACITY>,
     phase: PhaseTracker,
     previous: Option<Timestamp>,
+    density: Density<R>,
 }
 
 /// Time between two samples.
@@ -67,24 +71,33 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// An estimator that has seen nothing yet.
     #[must_use]
     pub fn new(config: &Config<CAPACITY>) -> Self {
-        Self {
+        Self(Pipeline {
             gravity: config.gravity,
             period_us: config.period_us,
             gap_us: 2 * config.period_us - config.period_us / 4,
             attitude: AttitudeFilter::new(config),
             residual: config.residual,
-            density: DensityEstimator::new(config),
             phase: PhaseTracker::new(config.phase),
             previous: None,
-        }
+            density: Density::new(config),
+        })
     }
 
     /// Takes in the next sample, and the load on the foot at that moment where it is known.
     ///
     /// Causal, O(1), and total: any bits may come in, and what comes out is never NaN.
+    #[inline]
+    pub fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
+        let pipeline: &mut Pipeline<AnyRing> = &mut self.0;
+        pipeline.update(sample, load)
+    }
+}
+
+impl Pipeline<AnyRing> {
+    /// See [`ContactEstimator::update`].
     // A function of its own in every program, so that what it costs can be measured.
     #[inline(never)]
-    pub fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
+    fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
         let elapsed = self.elapsed_us(sample.timestamp);
         let validity = match elapsed {
             Elapsed::Micros(_) => sample.checked_validity(),
@@ -274,7 +287,8 @@ mod tests {
 
     /// That an axis has this share of the probability that it has at rest.
     fn assert_share_of_rest(estimate: &ContactEstimate, share: f32) {
-        let at_rest = rested(60).density.probabilities().axes.ax;
+        let density: &Density<AnyRing> = &rested(60).0.density;
+        let at_rest = density.probabilities().axes.ax;
         let ratio = estimate.probabilities.axes.ax / at_rest;
         assert!((ratio - share).abs() < 1e-6, "{estimate:?}");
     }

@@ -5,7 +5,7 @@ use crate::kernel::{Kernel, Mass};
 use crate::params::Config;
 use crate::sample::{AngularRate, LinearAcceleration};
 use crate::slide::Slide;
-use crate::window::{Filling, Window};
+use crate::window::{AnyRing, Filling, Ring, Window};
 
 /// How probable it is that the foot is in stable contact, and along which axes. Every value is
 /// a number in [0, 1].
@@ -38,32 +38,69 @@ impl Probabilities {
 }
 
 /// The kernel density estimate of the paper, causal and in closed form: the window's masses and
-/// their mean, and what else may testify against an axis.
+/// their mean, and what else may testify against an axis. It has room for `CAPACITY` samples.
 #[derive(Clone, Debug)]
-pub struct DensityEstimator<const CAPACITY: usize> {
-    kernels: PerAxis<Kernel>,
-    window: Window<CAPACITY>,
-    slide: Option<Slide>,
-    /// Every axis at rest, according to the shortest window alone.
-    newest: f32,
-}
+pub struct DensityEstimator<const CAPACITY: usize>(Density<Ring<CAPACITY>>);
 
 impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
     /// An empty window over the kernels of `config`.
     #[must_use]
     pub fn new(config: &Config<CAPACITY>) -> Self {
-        Self {
-            kernels: config.kernels,
-            window: Window::new(config.window_length()).with_newest(config.short_window_length()),
-            slide: config.slide.map(Slide::new),
-            newest: 0.0,
-        }
+        Self(Density::new(config))
     }
 
     /// Takes in one sample's motion, gravity and bias removed, and returns what the window now
     /// says. A value that is not finite has mass 0 on its axis. O(1), whatever the window.
     #[inline]
     pub fn push(
+        &mut self,
+        acceleration: LinearAcceleration,
+        angular_rate: AngularRate,
+    ) -> Probabilities {
+        let density: &mut Density<AnyRing> = &mut self.0;
+        density.push(acceleration, angular_rate)
+    }
+
+    /// Takes in a sample that cannot be believed: mass 0 on every axis. It adds nothing to the
+    /// speed.
+    #[inline]
+    pub fn push_doubt(&mut self) -> Probabilities {
+        let density: &mut Density<AnyRing> = &mut self.0;
+        density.push_doubt()
+    }
+
+    /// What the windows and the speed say now. 0 where there is no sample.
+    #[must_use]
+    pub fn probabilities(&self) -> Probabilities {
+        let density: &Density<AnyRing> = &self.0;
+        density.probabilities()
+    }
+}
+
+/// The same with any ring.
+#[derive(Clone, Debug)]
+pub(crate) struct Density<R: ?Sized> {
+    kernels: PerAxis<Kernel>,
+    slide: Option<Slide>,
+    /// Every axis at rest, according to the shortest window alone.
+    newest: f32,
+    window: Window<R>,
+}
+
+impl<const CAPACITY: usize> Density<Ring<CAPACITY>> {
+    pub(crate) fn new(config: &Config<CAPACITY>) -> Self {
+        Self {
+            kernels: config.kernels,
+            slide: config.slide.map(Slide::new),
+            newest: 0.0,
+            window: Window::new(config.window_length()).with_newest(config.short_window_length()),
+        }
+    }
+}
+
+impl Density<AnyRing> {
+    /// See [`DensityEstimator::push`].
+    pub(crate) fn push(
         &mut self,
         acceleration: LinearAcceleration,
         angular_rate: AngularRate,
@@ -83,10 +120,8 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         self.testify()
     }
 
-    /// Takes in a sample that cannot be believed: mass 0 on every axis. It adds nothing to the
-    /// speed.
-    #[inline]
-    pub fn push_doubt(&mut self) -> Probabilities {
+    /// See [`DensityEstimator::push_doubt`].
+    pub(crate) fn push_doubt(&mut self) -> Probabilities {
         self.window.push(PerAxis::splat(Mass::ZERO));
         self.testify()
     }
@@ -113,16 +148,15 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         axes
     }
 
-    /// What the windows and the speed say now. 0 where there is no sample.
-    #[must_use]
-    pub fn probabilities(&self) -> Probabilities {
+    /// See [`DensityEstimator::probabilities`].
+    pub(crate) fn probabilities(&self) -> Probabilities {
         let whole = self.window.mean();
         let newest = self.window.mean_of_newest().unwrap_or(whole);
         Probabilities::from_axes(self.with_slide(whole.zip_with(newest, lower)))
     }
 
     /// Forgets every sample: the probabilities are 0 until the next.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.window.clear();
         if let Some(slide) = &mut self.slide {
             slide.clear();
@@ -132,20 +166,17 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
 
     /// Whether the shortest window finds it more probable than not that every axis is at rest.
     #[inline]
-    #[must_use]
     pub(crate) fn is_quiet(&self) -> bool {
         self.newest >= QUIET
     }
 
     /// Length of the window in samples.
-    #[must_use]
-    pub const fn window_length(&self) -> usize {
+    pub(crate) const fn window_length(&self) -> usize {
         self.window.length()
     }
 
     /// Whether the window is full.
-    #[must_use]
-    pub const fn filling(&self) -> Filling {
+    pub(crate) const fn filling(&self) -> Filling {
         self.window.filling()
     }
 }

@@ -4,21 +4,31 @@
 //! after a billion samples, no dependence on order, and one addition and one subtraction per
 //! axis whatever the window's length is.
 //!
+//! The sums do not depend on how much room the ring has, so there is one machine code for rings of
+//! all sizes: the ring comes last and is seen as a slice. It is optimised as this crate is, whatever
+//! the crate that chose the size.
+//!
 //! A second, shorter window reads the same ring: it forgets a landing and notices a slip in a
 //! fraction of the time, where the long one knows better whether a foot has come to rest.
 
 use crate::axis::PerAxis;
 use crate::kernel::Mass;
 
-/// The last *n* samples' masses on all six axes, 1 ≤ n ≤ `CAPACITY`, with *n* chosen at run time,
-/// and the sums over all of them and over the newest few.
+/// The last *n* samples' masses on all six axes, 1 ≤ n ≤ the room in the ring, with *n* chosen at
+/// run time, and the sums over all of them and over the newest few.
 #[derive(Clone, Debug)]
-pub struct Window<const CAPACITY: usize> {
-    ring: [PerAxis<Mass>; CAPACITY],
+pub struct Window<R: ?Sized> {
     whole: Trailing,
     newest: Option<Trailing>,
     next: usize,
+    ring: R,
 }
+
+/// Room for `CAPACITY` samples.
+pub type Ring<const CAPACITY: usize> = [PerAxis<Mass>; CAPACITY];
+
+/// A ring of any size.
+pub type AnyRing = [PerAxis<Mass>];
 
 /// The sum over the newest samples of a ring.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +104,7 @@ pub enum Filling {
     Full,
 }
 
-impl<const CAPACITY: usize> Window<CAPACITY> {
+impl<const CAPACITY: usize> Window<Ring<CAPACITY>> {
     /// An empty window of `length` samples, limited to 1 … `CAPACITY`.
     #[must_use]
     pub fn new(length: usize) -> Self {
@@ -115,7 +125,9 @@ impl<const CAPACITY: usize> Window<CAPACITY> {
         self.newest = shorter.then_some(Trailing::new(length));
         self
     }
+}
 
+impl Window<AnyRing> {
     /// Takes in the newest sample's masses and, where the window is full, lets go of the oldest.
     #[inline]
     pub fn push(&mut self, masses: PerAxis<Mass>) {
@@ -129,7 +141,7 @@ impl<const CAPACITY: usize> Window<CAPACITY> {
                 newest.push(&masses, leaving);
             }
         }
-        // `next` stays below `length`, which is at most CAPACITY: the slot is always there.
+        // `next` stays below `length`, which the ring has room for: the slot is always there.
         let Some(slot) = self.ring.get_mut(self.next) else {
             return;
         };
@@ -194,7 +206,12 @@ fn nearest(sum: u64) -> f32 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::boxed::Box;
     use std::vec::Vec;
+
+    fn window<const CAPACITY: usize>(length: usize, newest: usize) -> Box<Window<AnyRing>> {
+        Box::new(Window::<Ring<CAPACITY>>::new(length).with_newest(newest))
+    }
 
     /// What a running sum must be, added up anew.
     fn sum_of(masses: &[PerAxis<Mass>]) -> PerAxis<u64> {
@@ -209,12 +226,12 @@ mod tests {
 
     #[test]
     fn an_empty_window_has_probability_zero() {
-        assert_eq!(Window::<4>::new(4).mean(), PerAxis::splat(0.0));
+        assert_eq!(window::<4>(4, 0).mean(), PerAxis::splat(0.0));
     }
 
     #[test]
     fn until_it_is_full_the_mean_is_over_the_samples_so_far() {
-        let mut window = Window::<4>::new(4);
+        let mut window = window::<4>(4, 0);
         window.push(masses(1.0));
         assert_eq!(window.mean().ax, 1.0);
         window.push(masses(0.0));
@@ -229,7 +246,7 @@ mod tests {
 
     #[test]
     fn the_oldest_sample_leaves_when_a_new_one_comes() {
-        let mut window = Window::<8>::new(2);
+        let mut window = window::<8>(2, 0);
         for mass in [1.0, 0.0, 0.0] {
             window.push(masses(mass));
         }
@@ -238,7 +255,7 @@ mod tests {
 
     #[test]
     fn the_newest_samples_have_a_mean_of_their_own() {
-        let mut window = Window::<8>::new(6).with_newest(2);
+        let mut window = window::<8>(6, 2);
         for mass in [1.0, 1.0, 1.0, 0.0, 0.5, 0.0] {
             window.push(masses(mass));
         }
@@ -248,21 +265,21 @@ mod tests {
     #[test]
     fn a_second_window_of_no_sample_or_of_all_is_none() {
         for length in [0, 4, 5] {
-            let window = Window::<8>::new(4).with_newest(length);
+            let window = window::<8>(4, length);
             assert_eq!(window.mean_of_newest(), None, "{length}");
         }
     }
 
     #[test]
     fn a_length_outside_the_capacity_is_limited_to_it() {
-        assert_eq!(Window::<8>::new(0).length(), 1);
-        assert_eq!(Window::<8>::new(9).length(), 8);
+        assert_eq!(window::<8>(0, 0).length(), 1);
+        assert_eq!(window::<8>(9, 0).length(), 8);
     }
 
     #[test]
     fn a_window_full_of_certainty_has_probability_exactly_one_at_every_length() {
         for length in 1..=300 {
-            let mut window = Window::<300>::new(length);
+            let mut window = window::<300>(length, 0);
             for _ in 0..length {
                 window.push(masses(1.0));
             }
@@ -278,7 +295,7 @@ mod tests {
             history in prop::collection::vec(prop::array::uniform6(0.0_f32..=1.0), 0..2_000),
             clear_at in 0_usize..2_000,
         ) {
-            let mut window = Window::<64>::new(length).with_newest(newest);
+            let mut window = window::<64>(length, newest);
             let mut since_clear = Vec::new();
             for (i, mass) in history.iter().enumerate() {
                 if i == clear_at {
@@ -302,7 +319,7 @@ mod tests {
             rotation in 0_usize..32,
         ) {
             let mean = |masses: &[[f32; 6]]| {
-                let mut window = Window::<32>::new(32);
+                let mut window = window::<32>(32, 0);
                 for mass in masses {
                     window.push(PerAxis::from_array(*mass).map(Mass::from_f32));
                 }

@@ -31,8 +31,9 @@ const SETTLING: u64 = 500;
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 
-/// The estimator's entry, as the compiler names it.
-const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
+/// The entry of what `ContactEstimator::update` runs, `Pipeline<[PerAxis<Mass>]>::update`, as the
+/// compiler names it.
+const ESTIMATOR: &str = "Mass$GT$$u5d$$GT$6update";
 
 /// What a run is made of.
 #[derive(Clone, Debug, Default)]
