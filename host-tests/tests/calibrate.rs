@@ -1,10 +1,8 @@
 //! Half-widths and sensor errors from recordings, against what is known: the simulated foot's own
 //! motion, and the half-widths that the method's authors set by hand.
 
-use std::fs;
-
 use estimator_core::calibration::LEAST;
-use estimator_core::{Gravity, Params, PerAxis, Vec3};
+use estimator_core::{Params, PerAxis, Vec3};
 use footfall::calibrate::half_width::{HalfWidthCalibration, HalfWidths};
 use footfall::calibrate::sensor::{RestsError, SensorCalibration};
 use footfall::gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
@@ -233,27 +231,8 @@ fn on_other_robots_what_is_found_is_better_than_the_papers() {
         let Some(path) = recorded(&format!("lcd/{file}.csv")) else {
             return;
         };
-        // The columns are those of the authors, but the label, of three values, 0 for stable.
-        let text = fs::read_to_string(path).expect("a readable file");
-        let rows: String = text
-            .lines()
-            .map(|row| {
-                let cells: Vec<&str> = row.split(',').map(str::trim).collect();
-                let stable = u8::from(cells[12] == "0");
-                format!("{},{stable}\n", cells[6..12].join(","))
-            })
-            .collect();
-        let folder = tempfile::tempdir().expect("a temporary directory");
-        let path = folder.path().join("table.csv");
-        fs::write(&path, format!("ax,ay,az,wx,wy,wz,label\n{rows}")).expect("a file");
-        let hints = Hints {
-            sample_rate: Some(100.0),
-            gravity: Some(Gravity::Removed),
-            ..Hints::default()
-        };
-        let recording = input::read(&path, Format::Csv, &hints)
-            .expect("a table")
-            .recording;
+        let loaded = input::read(&path, Format::Lcd, &Hints::default()).expect("a file");
+        let recording = loaded.recording;
         let paper = Params {
             window: Params::DEFAULT.window,
             ..Params::PAPER

@@ -8,8 +8,9 @@ use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use footfall::gait::GaitName;
+use footfall::input::Format;
 use virtual_board::board::{Board, BoardOptions, Fault};
-use virtual_board::recorded::{self, Layout};
+use virtual_board::recorded;
 use virtual_board::report::Deed;
 use virtual_board::scenario::{self, Scenario, Step};
 use virtual_board::traffic::Traffic;
@@ -39,7 +40,7 @@ struct RunArguments {
     input: Option<PathBuf>,
     /// How the recording is laid out, where it has no header that tells.
     #[arg(long, requires = "input")]
-    layout: Option<Layout>,
+    layout: Option<Format>,
     /// Seconds of the recording that are left out at its beginning.
     #[arg(long, requires = "input", default_value_t = 0.0)]
     skip: f64,

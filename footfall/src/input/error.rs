@@ -71,7 +71,7 @@ pub enum InputError {
     },
     /// No format was given and the first line does not tell.
     #[error(
-        "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1 or csv"
+        "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv"
     )]
     UnknownFormat {
         /// The file, as it was named.
