@@ -63,6 +63,12 @@ pub enum InputError {
         /// What the operating system says.
         source: io::Error,
     },
+    /// It is named twice among those that are taken together.
+    #[error("{file} is named twice: what it shows would count twice")]
+    Twice {
+        /// The file, as it was named the second time.
+        file: String,
+    },
     /// There is no sample in it.
     #[error("{file} is empty: it holds no sample")]
     Empty {
