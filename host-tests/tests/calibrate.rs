@@ -5,6 +5,7 @@ use estimator_core::calibration::LEAST;
 use estimator_core::{Params, PerAxis, Vec3};
 use footfall::calibrate::half_width::{HalfWidthCalibration, HalfWidths};
 use footfall::calibrate::sensor::{RestsError, SensorCalibration};
+use footfall::config::Preset;
 use footfall::gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use footfall::gait::space::Vector;
 use footfall::gait::{Activity, GaitName, Ground, Plan, SensorParams, Simulation, simulate};
@@ -235,7 +236,7 @@ fn on_other_robots_what_is_found_is_better_than_the_papers() {
         let recording = loaded.recording;
         let paper = Params {
             window: Params::DEFAULT.window,
-            ..Params::PAPER
+            ..Preset::Paper.params(Format::Lcd)
         };
         let found = calibrated(&[&recording], &paper);
         assert!(found.steps >= steps, "{file}: {found}");

@@ -111,10 +111,15 @@ impl Preset {
             ..default_params()
         };
         match (self, format) {
-            (Self::Default, Format::Csv) => default_params(),
-            (Self::Default, Format::PceAtlas | Format::Lcd) => default_with_load_of(Params::PAPER),
+            (Self::Default, Format::Csv | Format::Lcd) => default_params(),
+            (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
             (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),
-            (Self::Paper, Format::Csv | Format::PceAtlas | Format::Lcd) => Params::PAPER,
+            (Self::Paper, Format::Csv | Format::PceAtlas) => Params::PAPER,
+            // A NAO weighs a third of the load from which the paper's ATLAS is loaded.
+            (Self::Paper, Format::Lcd) => Params {
+                load: default_params().load,
+                ..Params::PAPER
+            },
             (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
         }
     }
@@ -475,7 +480,7 @@ mod tests {
         for (format, with_its_load) in [
             (Format::Csv, Params::DEFAULT),
             (Format::PceAtlas, Params::PAPER),
-            (Format::Lcd, Params::PAPER),
+            (Format::Lcd, Params::DEFAULT),
             (Format::PceGo1, Params::PAPER_GO1),
         ] {
             let expected = Params {
