@@ -114,7 +114,7 @@ pub struct EvaluateArguments {
     /// The folder with pce/ and lcd/ in it
     #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = evaluate::DATASETS)]
     pub datasets: PathBuf,
-    /// Print the tables in Markdown; the first is the README's
+    /// Print the tables in Markdown
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
     /// Print everything as one JSON object
