@@ -223,6 +223,9 @@ fn the_default_preset_takes_the_load_trigger_of_the_formats_robot() {
     for (content, format, state) in [
         (atlas(100), "pce-atlas", "quiet_swing"),
         (atlas(200), "pce-atlas", "stance"),
+        // A NAO weighs 50 N, so 12 N are a load already.
+        (atlas(5), "lcd", "quiet_swing"),
+        (atlas(20), "lcd", "stance"),
         (go1(100), "pce-go1", "quiet_swing"),
         (go1(200), "pce-go1", "stance"),
     ] {
