@@ -47,11 +47,7 @@ pub enum Command {
     /// and report what is missing or damaged
     Decode(DecodeArguments),
     /// Score this estimator and the methods of others on the five recordings that have labels
-    ///
-    /// All five are needed: in the folder's pce/, ATLAS_01ground.csv, ATLAS_01ground_3steps.csv and
-    /// ATLAS_01ground_003slip.csv, which are in offline/data of
-    /// github.com/MichaelMarav/ProbabilisticContactEstimation; and in its lcd/, ATLAS_7k_04ground.csv
-    /// and NAO_05ground.csv, from github.com/mrsp/lcd.
+    #[command(after_help = evaluate::labelled::wanted())]
     Evaluate(EvaluateArguments),
     /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
     Attitude(AttitudeArguments),

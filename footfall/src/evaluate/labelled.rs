@@ -78,6 +78,20 @@ impl Source {
     }
 }
 
+/// Which files are wanted in the folder of datasets, under where they can be had.
+#[must_use]
+pub fn wanted() -> String {
+    let mut text = "All of these are needed:".to_owned();
+    for of_one_origin in SOURCES.chunk_by(|one, next| one.origin() == next.origin()) {
+        let origin = of_one_origin.first().map_or("", Source::origin);
+        text = text + "\n  from " + origin;
+        for source in of_one_origin {
+            text = text + "\n    " + source.path;
+        }
+    }
+    text
+}
+
 /// A recording with labels, read.
 #[derive(Clone, Debug)]
 pub struct Labelled {
