@@ -11,7 +11,6 @@ pub mod rests;
 pub mod robot_file;
 pub mod sensor;
 
-use estimator_core::ParamsError;
 use thiserror::Error;
 
 /// Why recordings do not tell what they should.
@@ -23,7 +22,4 @@ pub enum CalibrationError {
     /// Rests do not tell the accelerometer's bias and scale.
     #[error("{0}")]
     Rests(#[from] sensor::RestsError),
-    /// A parameter is out of its range.
-    #[error("parameter {0}")]
-    Params(#[from] ParamsError),
 }

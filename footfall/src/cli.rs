@@ -2,30 +2,29 @@
 
 mod attitude;
 mod calibrate;
+mod recording;
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use estimator_core::{Gravity, WindowLength};
+use estimator_core::WindowLength;
 use wire::NodeId;
 
 pub use attitude::AttitudeArguments;
 pub use calibrate::CalibrateArguments;
+pub use recording::RecordingArguments;
 
-use crate::config::{
-    ConfigError, Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate,
-    parse_window,
-};
+use crate::config::parse_window;
 use crate::decode::{self, row::write_rows};
 use crate::demo;
 use crate::error::Error;
 use crate::evaluate::{self, Evaluation, table::Style};
-use crate::input::{Format, Hints, Opened};
+use crate::input::Opened;
 use crate::output::write_file;
 use crate::replay::replay;
-use crate::report::{Outputs, SummaryStyle, hand_over, print, print_json, print_text};
+use crate::report::{Outputs, SummaryStyle, hand_over, print, print_json, print_text, tell};
 use crate::targets;
+use recording::Configuration;
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
 #[derive(Debug, Parser)]
@@ -47,7 +46,8 @@ pub enum Command {
     /// Turn what a foot has sent, a log of candump -l or a recording of its serial line, into rows,
     /// and report what is missing or damaged
     Decode(DecodeArguments),
-    /// Score this estimator and the methods of others on the recordings that have labels
+    /// Score this estimator and the methods of others on the five recordings that have labels
+    #[command(after_help = evaluate::labelled::wanted())]
     Evaluate(EvaluateArguments),
     /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
     Attitude(AttitudeArguments),
@@ -55,29 +55,17 @@ pub enum Command {
     Calibrate(CalibrateArguments),
 }
 
-/// What `footfall replay` takes. Later wins: preset, configuration file, options.
+/// What `footfall replay` takes.
 #[derive(Debug, Args)]
 pub struct ReplayArguments {
     /// The recording
     pub input: PathBuf,
-    /// How the file is laid out; may be left out where a header names the columns (csv)
-    #[arg(long, value_enum)]
-    pub format: Option<Format>,
-    /// Where the parameters start from
-    #[arg(long, value_enum, default_value_t)]
-    pub preset: Preset,
-    /// A TOML file with parameters that differ from the preset
-    #[arg(long, value_name = "FILE.toml")]
-    pub config: Option<PathBuf>,
+    /// How it is read, and with which parameters.
+    #[command(flatten)]
+    pub recording: RecordingArguments,
     /// Length of the window: a duration such as 50ms or a count such as 50samples
     #[arg(long, value_name = "LENGTH", value_parser = parse_window)]
     pub window: Option<WindowLength>,
-    /// Sample rate, where the file does not tell or its nominal rate is wrong
-    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate)]
-    pub sample_rate: Option<f32>,
-    /// Whether the accelerations contain gravity: included or removed
-    #[arg(long, value_name = "included|removed", value_parser = parse_gravity)]
-    pub gravity: Option<Gravity>,
     /// Write the estimates, one row per sample
     #[arg(long, value_name = "OUT.csv")]
     pub output: Option<PathBuf>,
@@ -122,7 +110,7 @@ pub struct EvaluateArguments {
     /// The folder with pce/ and lcd/ in it
     #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = evaluate::DATASETS)]
     pub datasets: PathBuf,
-    /// Print the tables in Markdown; the first is the README's
+    /// Print the tables in Markdown
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
     /// Print everything as one JSON object
@@ -178,22 +166,19 @@ impl Arguments {
 
 impl ReplayArguments {
     fn run(self) -> Result<(), Error> {
-        let configuration = Configuration::read(self.config.as_deref())?;
-        let overrides = &configuration.overrides;
-        let opened = Opened::new(&self.input, self.format)?;
-        let mut params = self.preset.params(opened.format());
-        overrides.apply(&mut params);
+        let configuration = Configuration::read(self.recording.config.as_deref())?;
+        let opened = Opened::new(&self.input, self.recording.format)?;
+        let mut params = self.recording.params(&configuration, opened.format());
         if let Some(window) = self.window {
             params.window = window;
         }
         targets::check(&self.input, self.output.as_deref(), self.plot.as_deref())?;
-        let hints = configuration.hints(self.sample_rate, self.gravity)?;
-        let loaded = opened.read(&hints)?;
-        tell(&loaded.notices);
+        let loaded = opened.read(&self.recording.hints(&configuration)?)?;
+        loaded.notices.iter().for_each(tell);
         let outputs = Outputs {
             samples: None,
             estimates: self.output,
-            map: overrides.probability_map,
+            map: configuration.overrides.probability_map,
             plot: self.plot,
             others: Vec::new(),
             summary: if self.json {
@@ -202,17 +187,8 @@ impl ReplayArguments {
                 SummaryStyle::Text
             },
         };
-        let origins = Origins {
-            file: configuration.name.as_deref(),
-            overrides,
-            window: self.window,
-            recording: &self.input.display().to_string(),
-            sample_rate: match (self.sample_rate, overrides.sample_rate_hz) {
-                (Some(_), _) => RateOrigin::Option,
-                (None, Some(_)) => RateOrigin::Configuration,
-                (None, None) => RateOrigin::Recording,
-            },
-        };
+        let file = self.input.display().to_string();
+        let origins = configuration.origins(&file, self.recording.sample_rate, self.window);
         let estimates =
             replay(&loaded.recording, &params).map_err(|error| origins.explain(&error, &params))?;
         hand_over(&outputs, &loaded.recording, loaded.start_us, &estimates)
@@ -223,7 +199,7 @@ impl DecodeArguments {
     fn run(&self) -> Result<(), Error> {
         targets::check(&self.input, self.output.as_deref(), None)?;
         let decoded = decode::read(&self.input, &self.nodes)?;
-        tell(&decoded.notices);
+        decoded.notices.iter().for_each(tell);
         if let Some(path) = &self.output {
             write_file(path, |to| write_rows(&decoded.rows, to))?;
         }
@@ -256,50 +232,6 @@ impl EvaluateArguments {
             print_text(&evaluation.full_tables(Style::Text))
         }
         .map_err(Error::Print)
-    }
-}
-
-/// Says what was left out or reinterpreted.
-fn tell(notices: &[String]) {
-    for notice in notices {
-        eprintln!("footfall: {notice}");
-    }
-}
-
-/// A configuration file, or one that changes nothing. It is read once, so a pipe will do.
-#[derive(Default)]
-struct Configuration {
-    /// The file as it was named.
-    name: Option<String>,
-    text: String,
-    overrides: Overrides,
-}
-
-impl Configuration {
-    fn read(path: Option<&Path>) -> Result<Self, Error> {
-        let Some(path) = path else {
-            return Ok(Self::default());
-        };
-        let file = path.display().to_string();
-        match fs::read_to_string(path) {
-            Ok(text) => Ok(Self {
-                overrides: Overrides::parse(&text, &file)?,
-                name: Some(file),
-                text,
-            }),
-            Err(source) => Err(ConfigError::Unreadable { file, source }.into()),
-        }
-    }
-
-    /// What readers are told, where options win.
-    fn hints(&self, sample_rate: Option<f32>, gravity: Option<Gravity>) -> Result<Hints, Error> {
-        Ok(Hints {
-            sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
-            gravity: gravity.or(self.overrides.gravity),
-            correction: self
-                .overrides
-                .correction(self.name.as_deref().unwrap_or_default())?,
-        })
     }
 }
 

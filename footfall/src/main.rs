@@ -4,12 +4,13 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use footfall::cli::Arguments;
+use footfall::report::tell;
 
 fn main() -> ExitCode {
     match Arguments::parse().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("footfall: {error}");
+            tell(&error);
             ExitCode::FAILURE
         }
     }

@@ -93,6 +93,12 @@ pub fn print<'a>(
     }
 }
 
+/// Says something on stderr: an error, or what was left out or reinterpreted. Where nobody can hear
+/// it, as stderr is closed, the rest goes on.
+pub fn tell(what: impl Display) {
+    let _ = writeln!(io::stderr(), "footfall: {what}");
+}
+
 /// Prints one JSON object.
 ///
 /// # Errors

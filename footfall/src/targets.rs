@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::input::InputError;
 use crate::output::{OutputError, directory_of};
 
 /// Checks that the results of a replay can go where they should: into directories that exist, not
@@ -88,6 +89,19 @@ fn check_is_svg(picture: &Path) -> Result<(), OutputError> {
             file: named(picture),
         })
     }
+}
+
+/// Checks that no recording is named twice: what it shows would count twice.
+///
+/// # Errors
+/// One is.
+pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
+    for (k, input) in inputs.iter().enumerate() {
+        if inputs[..k].iter().any(|before| same_file(before, input)) {
+            return Err(InputError::Twice { file: named(input) });
+        }
+    }
+    Ok(())
 }
 
 /// Whether two names stand for one file, which need not exist yet.

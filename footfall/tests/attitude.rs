@@ -37,7 +37,10 @@ fn a_configuration_changes_the_filter() {
     let bench = Bench::with("level.csv", leaning("1"));
     std::fs::write(bench.path("wrong.toml"), "[attitude]\nquiet_gain = 0.5\n").expect("a file");
     let error = bench.error("attitude level.csv --config wrong.toml");
-    assert!(error.contains("attitude.quiet_gain is 0.5"), "{error}");
+    assert_eq!(
+        error,
+        "footfall: wrong.toml, key attitude.quiet_gain is 0.5, allowed is 1 to 10000\n"
+    );
 }
 
 #[test]

@@ -67,6 +67,40 @@ fn several_recordings_are_pooled() {
 }
 
 #[test]
+fn a_recording_that_is_named_twice_does_not_count_twice() {
+    let bench = Bench::with("one.csv", csv(GaitName::Walk, 6.0));
+    for command in ["calibrate", "calibrate --rests"] {
+        assert_eq!(
+            bench.error(&format!("{command} one.csv ./one.csv")),
+            "footfall: ./one.csv is named twice: what it shows would count twice\n"
+        );
+    }
+}
+
+#[test]
+fn where_no_sample_is_valid_that_is_what_is_said() {
+    let rows: String = (0..2000)
+        .map(|k| format!("{:.3},nan,nan,nan,0,0,0\n", f64::from(k) * 1e-3))
+        .collect();
+    let bench = Bench::with("nan.csv", format!("t,{AXES}\n{rows}"));
+    let error = bench.error("calibrate nan.csv");
+    assert!(
+        error.ends_with("2000 of 2000 samples are invalid, stale or saturated\n"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_refused_parameter_is_named_as_in_a_replay() {
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 2.0));
+    fs::write(bench.path("wrong.toml"), "tolerance = 2.0\n").expect("a file");
+    assert_eq!(
+        bench.error("calibrate walk.csv --config wrong.toml"),
+        "footfall: wrong.toml, key tolerance is 2, allowed is 0 to 1\n"
+    );
+}
+
+#[test]
 fn too_few_steps_are_said_to_be_so_with_what_may_be_the_matter() {
     let bench = Bench::with("stand.csv", csv(GaitName::Stand, 12.0));
     let error = bench.error("calibrate stand.csv --output robot.toml");

@@ -94,6 +94,16 @@ fn a_picture_that_cannot_be_written_is_found_before_anything_is_computed() {
 }
 
 #[test]
+fn the_help_names_every_recording_that_is_wanted_and_where_it_is_from() {
+    let help = Bench::new().stdout("evaluate --help");
+    for source in SOURCES {
+        let (before, _) = help.split_once(source.path).expect(source.path);
+        let origin = before.lines().rfind(|line| line.starts_with("  from "));
+        assert_eq!(origin, Some(format!("  from {}", source.origin()).as_str()));
+    }
+}
+
+#[test]
 fn a_recording_that_is_absent_is_named_with_where_to_get_it() {
     let bench = bench();
     fs::remove_file(bench.path("data/lcd/NAO_05ground.csv")).expect("it is there");

@@ -176,6 +176,32 @@ fn a_recording_may_come_through_a_pipe() {
     assert!(text(&output.stdout).contains("\"samples\": 1000"));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn where_nothing_can_be_said_nothing_panics() {
+    let bench = Bench::with("x.csv", format!("{AXES},more\n0,0,9,0,0,0,1\n"));
+    // A panic's status is 101.
+    for (arguments, expected) in [
+        // It would say that a column is ignored.
+        ("replay x.csv --sample-rate 100 2>/dev/full", 0),
+        ("replay absent.csv 2>/dev/full", 1),
+        ("replay x.csv --sample-rate 100 >/dev/full", 1),
+        ("replay x.csv --sample-rate 100 >/dev/full 2>/dev/full", 1),
+    ] {
+        let output = Command::new("sh")
+            .args(["-c", &format!("\"$0\" {arguments}")])
+            .arg(env!("CARGO_BIN_EXE_footfall"))
+            .current_dir(&bench.directory)
+            .output()
+            .expect("a shell");
+        assert_eq!(
+            output.status.code(),
+            Some(expected),
+            "{arguments}: {output:?}"
+        );
+    }
+}
+
 #[test]
 fn the_configuration_files_sample_rate_counts_where_the_recording_has_none() {
     let bench = Bench::with("x.csv", format!("{AXES}\n0,0,9,0,0,0\n0,0,9,0,0,0\n"));
@@ -197,6 +223,9 @@ fn the_default_preset_takes_the_load_trigger_of_the_formats_robot() {
     for (content, format, state) in [
         (atlas(100), "pce-atlas", "quiet_swing"),
         (atlas(200), "pce-atlas", "stance"),
+        // A NAO weighs 50 N, so 12 N are a load already.
+        (atlas(5), "lcd", "quiet_swing"),
+        (atlas(20), "lcd", "stance"),
         (go1(100), "pce-go1", "quiet_swing"),
         (go1(200), "pce-go1", "stance"),
     ] {

@@ -21,7 +21,7 @@ fn a_missing_file_is_an_error() {
 
 #[test]
 fn an_empty_file_is_an_error() {
-    for format in ["pce-atlas", "pce-go1", "csv"] {
+    for format in ["pce-atlas", "pce-go1", "lcd", "csv"] {
         assert_eq!(
             complaint("", &format!("--format {format}")),
             "footfall: x.csv is empty: it holds no sample\n"
@@ -36,7 +36,7 @@ fn an_empty_file_is_an_error() {
 #[test]
 fn a_file_that_does_not_tell_its_format_is_an_error_that_lists_the_formats() {
     let expected = "footfall: x.csv has no header that names the six axes, so its format must \
-                    be given: --format pce-atlas, pce-go1 or csv\n";
+                    be given: --format pce-atlas, pce-go1, lcd or csv\n";
     for content in ["250,0,0,1,0,0,0\n", "time,mood\n0,0\n"] {
         assert_eq!(complaint(content, ""), expected);
     }
@@ -286,7 +286,10 @@ fn a_wrong_option_is_an_error_that_says_how_to_write_it() {
         ),
         ("--gravity maybe", "neither \"included\" nor \"removed\""),
         ("--sample-rate -5", "write a number of Hz above 0"),
-        ("--format xml", "possible values: pce-atlas, pce-go1, csv"),
+        (
+            "--format xml",
+            "possible values: pce-atlas, pce-go1, lcd, csv",
+        ),
     ] {
         let (name, value) = option.split_once(' ').expect("a value");
         let stderr = bench.error(&format!("replay x.csv {name}={value}"));

@@ -6,13 +6,13 @@ use estimator_core::{
 };
 use footfall::attitude::inclination_error_degrees;
 use footfall::gait::plan::{GaitName, Ground, Plan};
-use footfall::gait::sensor::AxisErrors;
+use footfall::gait::sensor::{self, AxisErrors};
 use footfall::gait::space::{Rotation, Vector};
 use footfall::gait::{Motion, SensorParams, simulate};
 
 use proptest::prelude::*;
 
-const GRAVITY: Vector = Vector::new(0.0, 0.0, 9.806_65);
+const GRAVITY: Vector = Vector::new(0.0, 0.0, sensor::GRAVITY);
 
 fn filter(params: &Params) -> AttitudeFilter {
     AttitudeFilter::new(&params.validate::<256>().expect("valid parameters"))

@@ -6,7 +6,6 @@
 
 use estimator_core::{Calibrator, Params, Residual, SlideParams, WindowLength};
 use footfall::gait::Simulation;
-use footfall::input::pce::{LabelScheme, read_with_wrench};
 use footfall::input::{self, Format, Hints};
 use footfall::metrics::Scored;
 use footfall::recording::{Label, Recording};
@@ -27,9 +26,6 @@ const ATLAS: [&str; 3] = [
 
 /// Chose nothing.
 const LCD: [&str; 2] = ["lcd/ATLAS_7k_04ground.csv", "lcd/NAO_05ground.csv"];
-
-/// Hz.
-const LCD_SAMPLE_RATE: f32 = 100.0;
 
 /// Pooled over [`ATLAS`], the default preset as it is.
 const POOLED_RMSE: f64 = 0.270;
@@ -58,16 +54,12 @@ struct Data {
 
 /// `None` where a recording is absent.
 fn data() -> Option<Data> {
-    let atlas = ATLAS.map(|file| {
-        let path = recorded(file)?;
-        let loaded = input::read(&path, Format::PceAtlas, &Hints::default());
+    let read = |file, format| {
+        let loaded = input::read(&recorded(file)?, format, &Hints::default());
         Some(loaded.expect("a readable file").recording)
-    });
-    let lcd = LCD.map(|file| {
-        let path = recorded(file)?;
-        let read = read_with_wrench(&path, LabelScheme::ContactClass, LCD_SAMPLE_RATE);
-        Some(read.expect("a readable file").0)
-    });
+    };
+    let atlas = ATLAS.map(|file| read(file, Format::PceAtlas));
+    let lcd = LCD.map(|file| read(file, Format::Lcd));
     let walks = (2000..).zip(profiles().step_by(PROFILE_STEP));
     Some(Data {
         atlas: atlas.into_iter().collect::<Option<_>>()?,

@@ -52,11 +52,7 @@ struct Still;
 
 impl Motion for Still {
     fn at(&mut self, _: f64) -> Stimulus {
-        Stimulus {
-            specific_force: [0.0, 0.0, 9.80665],
-            angular_rate: [0.0; 3],
-            temperature: 25.0,
-        }
+        Stimulus::REST
     }
 }
 

@@ -8,8 +8,9 @@ use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use footfall::gait::GaitName;
+use footfall::input::Format;
 use virtual_board::board::{Board, BoardOptions, Fault};
-use virtual_board::recorded::{self, Layout};
+use virtual_board::recorded;
 use virtual_board::report::Deed;
 use virtual_board::scenario::{self, Scenario, Step};
 use virtual_board::traffic::Traffic;
@@ -39,15 +40,16 @@ struct RunArguments {
     input: Option<PathBuf>,
     /// How the recording is laid out, where it has no header that tells.
     #[arg(long, requires = "input")]
-    layout: Option<Layout>,
+    layout: Option<Format>,
     /// Seconds of the recording that are left out at its beginning.
-    #[arg(long, requires = "input", default_value_t = 0.0)]
+    #[arg(long, requires = "input", default_value_t = 0.0, value_parser = seconds,
+        allow_negative_numbers = true)]
     skip: f64,
     /// A simulated gait that the sensor feels: stand, walk, trot or run.
     #[arg(long, default_value = "walk")]
     gait: GaitName,
     /// Virtual time to run for; of a recording its length.
-    #[arg(long)]
+    #[arg(long, value_parser = duration, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// What goes wrong, and when in ms: NAME@MS, or NAME:VARIANT@MS; `clear` ends what can end.
     /// The name `help` lists all.
@@ -83,6 +85,21 @@ struct Planned {
 
 /// Ends what can end.
 const CLEAR: &str = "clear";
+
+/// A day: more is a slip of the pen.
+const MOST_SECONDS: f64 = 86_400.0;
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    seconds
+        .filter(|seconds| (0.0..=MOST_SECONDS).contains(seconds))
+        .ok_or_else(|| format!("write seconds from 0 to {MOST_SECONDS}"))
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    let some = seconds(text).ok().filter(|seconds| *seconds > 0.0);
+    some.ok_or_else(|| format!("write seconds above 0 and up to {MOST_SECONDS}"))
+}
 
 fn fault(text: &str) -> Result<Planned, String> {
     let names = || {
@@ -171,7 +188,7 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
         }
     };
     let run = report::Run {
-        milliseconds: (seconds * 1000.0).max(0.0) as u64,
+        milliseconds: (seconds * 1000.0) as u64,
         faults: arguments
             .faults
             .iter()
@@ -244,6 +261,15 @@ mod tests {
         );
         for text in ["frozen", "frozen@soon", "thawed@1000", "power-cut:x@1"] {
             assert!(fault(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn seconds_are_a_number_up_to_a_day_and_to_run_is_to_run_for_some() {
+        assert_eq!((seconds("0"), seconds("2.5")), (Ok(0.0), Ok(2.5)));
+        assert_eq!((duration("0").ok(), duration("2.5")), (None, Ok(2.5)));
+        for text in ["-5", "nan", "inf", "86401", "soon", ""] {
+            assert!(seconds(text).is_err() && duration(text).is_err(), "{text}");
         }
     }
 

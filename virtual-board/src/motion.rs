@@ -1,11 +1,9 @@
 //! What the sensor feels of a simulated gait.
 
+use footfall::gait::sensor::GRAVITY;
 use footfall::gait::space::Vector;
 use footfall::gait::{GaitName, Ground, Motion, Plan};
 use lsm6dsox::sim::Stimulus;
-
-/// m/s².
-const GRAVITY: f64 = 9.806_65;
 
 /// A steady gait of so many seconds, which then stands still.
 #[must_use]

@@ -8,60 +8,61 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use common::{directory, everything, is_built_here, product};
+use footfall::input::Format;
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use virtual_board::board::{Board, BoardOptions};
-use virtual_board::recorded::{self, Layout};
+use virtual_board::recorded;
 use virtual_board::report::{self, Run};
 
 /// A recording, and from where on it is played, s: those of `broad` rest for half a minute.
 struct Recorded {
     file: &'static str,
-    layout: Layout,
+    format: Format,
     skip: f64,
 }
 
-const fn all_of(file: &'static str, layout: Layout) -> Recorded {
-    from(file, layout, 0.0)
+const fn all_of(file: &'static str, format: Format) -> Recorded {
+    from(file, format, 0.0)
 }
 
-const fn from(file: &'static str, layout: Layout, skip: f64) -> Recorded {
-    Recorded { file, layout, skip }
+const fn from(file: &'static str, format: Format, skip: f64) -> Recorded {
+    Recorded { file, format, skip }
 }
 
 const RECORDINGS: [Recorded; 14] = [
-    all_of("pce/ATLAS_01ground.csv", Layout::PceAtlas),
-    all_of("pce/ATLAS_01ground_3steps.csv", Layout::PceAtlas),
-    all_of("pce/ATLAS_01ground_003slip.csv", Layout::PceAtlas),
-    all_of("pce/GO1_matress.csv", Layout::PceGo1),
-    all_of("pce/GO1_normal_surface.csv", Layout::PceGo1),
-    all_of("pce/GO1_slippery_surface.csv", Layout::PceGo1),
-    all_of("lcd/ATLAS_7k_04ground.csv", Layout::Lcd),
-    all_of("lcd/NAO_05ground.csv", Layout::Lcd),
+    all_of("pce/ATLAS_01ground.csv", Format::PceAtlas),
+    all_of("pce/ATLAS_01ground_3steps.csv", Format::PceAtlas),
+    all_of("pce/ATLAS_01ground_003slip.csv", Format::PceAtlas),
+    all_of("pce/GO1_matress.csv", Format::PceGo1),
+    all_of("pce/GO1_normal_surface.csv", Format::PceGo1),
+    all_of("pce/GO1_slippery_surface.csv", Format::PceGo1),
+    all_of("lcd/ATLAS_7k_04ground.csv", Format::Lcd),
+    all_of("lcd/NAO_05ground.csv", Format::Lcd),
     from(
         "broad/02_undisturbed_slow_rotation_B.csv",
-        Layout::Csv,
+        Format::Csv,
         32.0,
     ),
     from(
         "broad/07_undisturbed_fast_rotation_B.csv",
-        Layout::Csv,
+        Format::Csv,
         18.0,
     ),
     from(
         "broad/11_undisturbed_slow_translation_B.csv",
-        Layout::Csv,
+        Format::Csv,
         24.0,
     ),
     from(
         "broad/15_undisturbed_fast_translation_A.csv",
-        Layout::Csv,
+        Format::Csv,
         32.0,
     ),
-    from("broad/24_disturbed_tapping_A.csv", Layout::Csv, 36.0),
+    from("broad/24_disturbed_tapping_A.csv", Format::Csv, 36.0),
     from(
         "broad/27_disturbed_phone_vibration_B.csv",
-        Layout::Csv,
+        Format::Csv,
         37.0,
     ),
 ];
@@ -76,7 +77,7 @@ const START_MS: u64 = 100;
 fn play(elf: &[u8], which: &Recorded) -> Option<String> {
     let path = recorded(which.file)?;
     let skip = if everything() { 0.0 } else { which.skip };
-    let motion = recorded::read(&path, Some(which.layout), skip).expect("a recording");
+    let motion = recorded::read(&path, Some(which.format), skip).expect("a recording");
     let whole = motion.duration();
     let seconds = if everything() {
         whole

@@ -6,7 +6,9 @@
 use std::fmt;
 
 use estimator_core::calibration::{MARGIN, QUIET, SHORTEST, STEPS, SWING};
-use estimator_core::{Axis, Calibrator, ContactEstimate, Params, PerAxis, Phase};
+use estimator_core::{
+    Axis, Calibrator, ContactEstimate, Flag, Params, ParamsError, PerAxis, Phase,
+};
 use serde::Serialize;
 
 use super::CalibrationError;
@@ -31,13 +33,14 @@ pub struct RecordingSteps {
     pub steps: u16,
 }
 
-/// A walking foot is quiet for more than one sample in so many.
+/// A walking foot is quiet for more than one sample in so many, and far more are usable.
 const LEAST_QUIET: usize = 10;
 
 /// What samples were like, for whoever wonders why there are no steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Seen {
     samples: usize,
+    unusable: usize,
     quiet: usize,
     swing: bool,
     load: bool,
@@ -62,10 +65,10 @@ impl HalfWidthCalibration {
     ///
     /// # Errors
     /// A parameter out of its range.
-    pub fn add(&mut self, recording: &Recording) -> Result<(), CalibrationError> {
+    pub fn add(&mut self, recording: &Recording) -> Result<(), ParamsError> {
+        let estimates = replay(recording, &self.params)?;
         let before = self.calibrator.steps();
         self.calibrator.continue_at(recording.sample_rate);
-        let estimates = replay(recording, &self.params)?;
         for (sample, estimate) in recording.samples.iter().zip(&estimates) {
             self.seen.note(estimate);
             self.seen.load |= sample.load.is_some();
@@ -120,6 +123,10 @@ impl Seen {
             estimate.angular_rate.0.length(),
         );
         self.samples += 1;
+        let unusable = [Flag::InvalidSample, Flag::Stale, Flag::Saturated];
+        if unusable.iter().any(|flag| estimate.flags.contains(*flag)) {
+            self.unusable += 1;
+        }
         if motion.0 <= QUIET.0 && motion.1 <= QUIET.1 && !estimate.flags.are_doubt() {
             self.quiet += 1;
         }
@@ -128,7 +135,12 @@ impl Seen {
     }
 
     fn hint(self, params: &Params) -> String {
-        if self.load && !self.loaded {
+        if self.samples - self.unusable < self.samples / LEAST_QUIET {
+            format!(
+                "{} of {} samples are invalid, stale or saturated",
+                self.unusable, self.samples
+            )
+        } else if self.load && !self.loaded {
             format!(
                 "the load never passes load.on_threshold, {}, so the foot seems to swing all the time",
                 params.load.on_threshold

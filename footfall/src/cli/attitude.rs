@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Configuration, tell};
+use super::recording::Configuration;
 use crate::attitude::{AttitudeReport, InclinationScore};
 use crate::config::{Preset, parse_sample_rate};
 use crate::error::Error;
 use crate::input::{Format, read_with_orientation};
 use crate::replay::replay;
-use crate::report::{SummaryStyle, print, print_text};
+use crate::report::{SummaryStyle, print, print_text, tell};
 
 /// What `footfall attitude` takes.
 #[derive(Debug, Args)]
@@ -43,8 +43,11 @@ impl AttitudeArguments {
             .iter()
             .map(|input| {
                 let (loaded, truth) = read_with_orientation(input, &hints)?;
-                tell(&loaded.notices);
-                let estimates = replay(&loaded.recording, &params)?;
+                loaded.notices.iter().for_each(tell);
+                let file = input.display().to_string();
+                let origins = configuration.origins(&file, self.sample_rate, None);
+                let estimates = replay(&loaded.recording, &params)
+                    .map_err(|error| origins.explain(&error, &params))?;
                 Ok(InclinationScore::of(&loaded.recording, &estimates, &truth))
             })
             .collect();

@@ -5,20 +5,19 @@ use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
-use estimator_core::Gravity;
 use serde::Serialize;
 
-use super::{Configuration, tell};
+use super::recording::{Configuration, RecordingArguments};
 use crate::calibrate::CalibrationError;
 use crate::calibrate::half_width::HalfWidthCalibration;
 use crate::calibrate::robot_file::RobotFile;
 use crate::calibrate::sensor::SensorCalibration;
-use crate::config::{ConfigError, Preset, parse_gravity, parse_sample_rate};
+use crate::config::ConfigError;
 use crate::error::Error;
-use crate::input::{Correction, Format, Loaded, Opened};
+use crate::input::{Correction, Loaded, Opened};
 use crate::output::write_file;
 use crate::plot;
-use crate::report::{SummaryStyle, print};
+use crate::report::{SummaryStyle, print, tell};
 use crate::targets;
 
 /// What `footfall calibrate` takes.
@@ -31,22 +30,10 @@ pub struct CalibrateArguments {
     /// Find accelerometer bias and scale and gyroscope bias instead of half-widths
     #[arg(long, conflicts_with = "plot")]
     pub rests: bool,
-    /// How the files are laid out; may be left out where a header names the columns (csv)
-    #[arg(long, value_enum)]
-    pub format: Option<Format>,
-    /// Where the parameters start from
-    #[arg(long, value_enum, default_value_t)]
-    pub preset: Preset,
-    /// A TOML file with parameters that differ from the preset; what is calibrated replaces them
-    #[arg(long, value_name = "FILE.toml")]
-    pub config: Option<PathBuf>,
-    /// Sample rate, where the files do not tell or their nominal rate is wrong
-    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate)]
-    pub sample_rate: Option<f32>,
-    /// Whether the accelerations contain gravity: included or removed
-    #[arg(long, value_name = "included|removed", value_parser = parse_gravity)]
-    pub gravity: Option<Gravity>,
-    /// Write a file for --config: what --config set before, and what was found
+    /// How they are read, and with which parameters.
+    #[command(flatten)]
+    pub recording: RecordingArguments,
+    /// Write a file for --config: what --config set before, with what was found in its place
     #[arg(long, value_name = "OUT.toml")]
     pub output: Option<PathBuf>,
     /// Write each axis' distribution with ± its half-width, which is an SVG
@@ -59,10 +46,11 @@ pub struct CalibrateArguments {
 
 impl CalibrateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
+        targets::check_inputs(&self.inputs)?;
         for input in &self.inputs {
             targets::check(input, self.output.as_deref(), self.plot.as_deref())?;
         }
-        let configuration = Configuration::read(self.config.as_deref())?;
+        let configuration = Configuration::read(self.recording.config.as_deref())?;
         if self.rests {
             self.calibrate_sensor(&configuration)
         } else {
@@ -71,17 +59,19 @@ impl CalibrateArguments {
     }
 
     fn calibrate_half_widths(&self, configuration: &Configuration) -> Result<(), Error> {
-        let hints = configuration.hints(self.sample_rate, self.gravity)?;
+        let hints = self.recording.hints(configuration)?;
         let mut calibration = None;
         for input in &self.inputs {
-            let opened = Opened::new(input, self.format)?;
-            let mut params = self.preset.params(opened.format());
-            configuration.overrides.apply(&mut params);
+            let opened = Opened::new(input, self.recording.format)?;
+            let params = self.recording.params(configuration, opened.format());
             let loaded = opened.read(&hints)?;
-            tell(&loaded.notices);
+            loaded.notices.iter().for_each(tell);
+            let file = input.display().to_string();
+            let origins = configuration.origins(&file, self.recording.sample_rate, None);
             calibration
                 .get_or_insert_with(|| HalfWidthCalibration::new(&params))
-                .add(&loaded.recording)?;
+                .add(&loaded.recording)
+                .map_err(|error| origins.explain(&error, &params))?;
         }
         let Some(calibration) = calibration else {
             return Ok(());
@@ -98,16 +88,19 @@ impl CalibrateArguments {
     }
 
     fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
-        let mut hints = configuration.hints(self.sample_rate, self.gravity)?;
+        let mut hints = self.recording.hints(configuration)?;
         // What was found before is replaced, not added to.
         hints.correction = Correction::NONE;
         let loaded: Result<Vec<Loaded>, Error> = self
             .inputs
             .iter()
-            .map(|input| Ok(Opened::new(input, self.format)?.read(&hints)?))
+            .map(|input| Ok(Opened::new(input, self.recording.format)?.read(&hints)?))
             .collect();
         let loaded = loaded?;
-        loaded.iter().for_each(|loaded| tell(&loaded.notices));
+        loaded
+            .iter()
+            .flat_map(|loaded| &loaded.notices)
+            .for_each(tell);
         let sensor = SensorCalibration::of(loaded.iter().map(|loaded| &loaded.recording))
             .map_err(CalibrationError::from)?;
         self.hand_over(configuration, &sensor, |file| file.set_sensor(&sensor))

@@ -111,10 +111,15 @@ impl Preset {
             ..default_params()
         };
         match (self, format) {
-            (Self::Default, Format::Csv) => default_params(),
+            (Self::Default, Format::Csv | Format::Lcd) => default_params(),
             (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
             (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),
             (Self::Paper, Format::Csv | Format::PceAtlas) => Params::PAPER,
+            // A NAO weighs a third of the load from which the paper's ATLAS is loaded.
+            (Self::Paper, Format::Lcd) => Params {
+                load: default_params().load,
+                ..Params::PAPER
+            },
             (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
         }
     }
@@ -475,6 +480,7 @@ mod tests {
         for (format, with_its_load) in [
             (Format::Csv, Params::DEFAULT),
             (Format::PceAtlas, Params::PAPER),
+            (Format::Lcd, Params::DEFAULT),
             (Format::PceGo1, Params::PAPER_GO1),
         ] {
             let expected = Params {
@@ -488,8 +494,8 @@ mod tests {
     #[test]
     fn every_preset_is_valid_for_every_format() {
         for preset in [Preset::Default, Preset::Paper] {
-            for format in [Format::PceAtlas, Format::PceGo1, Format::Csv] {
-                let params = preset.params(format);
+            for format in Format::value_variants() {
+                let params = preset.params(*format);
                 assert!(params.validate::<256>().is_ok(), "{preset:?}, {format:?}");
             }
         }

@@ -9,12 +9,9 @@ use std::path::Path;
 
 use super::window::Motion;
 use crate::error::Error;
-use crate::input::pce::{ATLAS_SAMPLE_RATE, LabelScheme, Wrench, read_with_wrench};
+use crate::input::pce::{LabelScheme, Wrench, read_with_wrench};
 use crate::metrics::Scored;
 use crate::recording::{Label, Recording};
-
-/// Rate of the recordings at github.com/mrsp/lcd, Hz.
-const LCD_SAMPLE_RATE: f32 = 100.0;
 
 /// The share of samples that lie below the robot's weight: in single support, when a foot bears
 /// all of it, the load passes the weight at every bounce. Read off the load, with no label.
@@ -79,14 +76,20 @@ impl Source {
             LabelScheme::ContactClass => "github.com/mrsp/lcd",
         }
     }
+}
 
-    /// Samples per second, Hz.
-    const fn sample_rate(&self) -> f32 {
-        match self.labels {
-            LabelScheme::StableOrNot => ATLAS_SAMPLE_RATE,
-            LabelScheme::ContactClass => LCD_SAMPLE_RATE,
+/// Which files are wanted in the folder of datasets, under where they can be had.
+#[must_use]
+pub fn wanted() -> String {
+    let mut text = "All of these are needed:".to_owned();
+    for of_one_origin in SOURCES.chunk_by(|one, next| one.origin() == next.origin()) {
+        let origin = of_one_origin.first().map_or("", Source::origin);
+        text = text + "\n  from " + origin;
+        for source in of_one_origin {
+            text = text + "\n    " + source.path;
         }
     }
+    text
 }
 
 /// A recording with labels, read.
@@ -115,7 +118,7 @@ impl Labelled {
                 origin: source.origin(),
             });
         }
-        let (recording, wrenches) = read_with_wrench(&path, source.labels, source.sample_rate())?;
+        let (recording, wrenches) = read_with_wrench(&path, source.labels)?;
         Ok(Self::new(recording, wrenches))
     }
 

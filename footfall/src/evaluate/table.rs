@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Write};
 
+use super::method::Method;
 use super::score::Figures;
 use super::{Evaluated, Evaluation, Group};
 use crate::metrics::Latency;
@@ -55,12 +56,44 @@ impl Table {
     }
 }
 
+/// A column of a table over groups of recordings: of which group, its title, and what it shows.
+type Column = (Group, &'static str, fn(&Figures) -> String);
+
+/// What a README has room for: this estimator, the authors' and who is best of each other kind.
+const BRIEF_METHODS: [Method; 8] = [
+    Method::Default,
+    Method::Calibrated,
+    Method::Paper,
+    Method::Authors,
+    Method::Shoe,
+    Method::Force,
+    Method::ForceTrigger,
+    Method::FuzzyCMeans,
+];
+
+const BRIEF_COLUMNS: [Column; 5] = [
+    (Group::Atlas, "RMSE", rmse),
+    (Group::Atlas, "ROC-AUC", auc),
+    (Group::Atlas, "calibration error", calibration_error),
+    (Group::Slip, "RMSE", rmse),
+    (Group::Lcd, "RMSE", rmse),
+];
+
 impl Evaluation {
-    /// The table for the README: RMSE, ranking and calibration on each group of recordings.
+    /// The table for the README: some methods and some figures of the first of the
+    /// [full tables](Self::full_tables).
     #[must_use]
-    pub fn short_table(&self, style: Style) -> String {
-        let columns = [
-            (Group::Atlas, "RMSE", rmse as fn(&Figures) -> String),
+    pub fn brief_table(&self, style: Style) -> String {
+        let methods = self.methods.iter();
+        let brief = methods.filter(|evaluated| BRIEF_METHODS.contains(&evaluated.method));
+        let table = group_table(brief, &BRIEF_COLUMNS);
+        written(|to| table.write(style, to))
+    }
+
+    /// RMSE, ranking and calibration of every method on each group of recordings.
+    fn overview(&self) -> Table {
+        let columns: [Column; 9] = [
+            (Group::Atlas, "RMSE", rmse),
             (Group::Atlas, "ROC-AUC", auc),
             (Group::Atlas, "best F1", best_f1),
             (Group::Atlas, "calibration error", calibration_error),
@@ -70,30 +103,16 @@ impl Evaluation {
             (Group::Lcd, "ROC-AUC", auc),
             (Group::Lcd, "calibration error", calibration_error),
         ];
-        let titles = columns.map(|(group, title, _)| format!("{} {title}", group.name()));
-        let row = |evaluated: &Evaluated| {
-            let cell = |(group, _, show): (Group, &str, fn(&Figures) -> String)| {
-                let on = evaluated.groups.iter().find(|on| on.group == group);
-                on.map_or_else(none, |on| show(&on.figures))
-            };
-            [evaluated.name.to_owned()]
-                .into_iter()
-                .chain(columns.map(cell))
-                .collect()
-        };
-        let table = Table {
-            head: ["method".to_owned()].into_iter().chain(titles).collect(),
-            rows: self.methods.iter().map(row).collect(),
-        };
-        written(|to| table.write(style, to))
+        group_table(self.methods.iter(), &columns)
     }
 
-    /// Everything: the short table, then for each recording all figures and what each method knew.
+    /// Everything: all methods on the groups of recordings, then for each recording all figures and
+    /// what each method knew.
     #[must_use]
     pub fn full_tables(&self, style: Style) -> String {
         written(|to| {
             write_title("All recordings", style, to)?;
-            to.push_str(&self.short_table(style));
+            self.overview().write(style, to)?;
             for (place, about) in self.recordings.iter().enumerate() {
                 to.push('\n');
                 write_title(&about.recording, style, to)?;
@@ -146,6 +165,25 @@ impl Evaluation {
             head: head.map(str::to_owned).into(),
             rows: self.methods.iter().filter_map(row).collect(),
         }
+    }
+}
+
+/// Methods as rows, figures on groups as columns.
+fn group_table<'a>(methods: impl Iterator<Item = &'a Evaluated>, columns: &[Column]) -> Table {
+    let titles = columns
+        .iter()
+        .map(|(group, title, _)| format!("{} {title}", group.name()));
+    let row = |evaluated: &Evaluated| {
+        let cell = |(group, _, show): &Column| {
+            let on = evaluated.groups.iter().find(|on| on.group == *group);
+            on.map_or_else(none, |on| show(&on.figures))
+        };
+        let name = [evaluated.name.to_owned()];
+        name.into_iter().chain(columns.iter().map(cell)).collect()
+    };
+    Table {
+        head: ["method".to_owned()].into_iter().chain(titles).collect(),
+        rows: methods.map(row).collect(),
     }
 }
 

@@ -63,6 +63,12 @@ pub enum InputError {
         /// What the operating system says.
         source: io::Error,
     },
+    /// It is named twice among those that are taken together.
+    #[error("{file} is named twice: what it shows would count twice")]
+    Twice {
+        /// The file, as it was named the second time.
+        file: String,
+    },
     /// There is no sample in it.
     #[error("{file} is empty: it holds no sample")]
     Empty {
@@ -71,7 +77,7 @@ pub enum InputError {
     },
     /// No format was given and the first line does not tell.
     #[error(
-        "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1 or csv"
+        "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv"
     )]
     UnknownFormat {
         /// The file, as it was named.

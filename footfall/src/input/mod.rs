@@ -3,7 +3,7 @@
 //! | format | module |
 //! |---|---|
 //! | `csv`: a header names the columns | [`csv`] |
-//! | `pce-atlas`, `pce-go1`: the recordings of the method's authors | [`pce`] |
+//! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`pce`] |
 //! | `csv` with the true orientation, for scores | [`read_with_orientation`] |
 //!
 //! All of them are tables of numbers separated by commas. Windows line ends,
@@ -28,6 +28,7 @@ pub use error::{Cell, HeaderSlip, InputError};
 
 use crate::gait::space::Rotation;
 use crate::recording::Recording;
+use pce::LabelScheme;
 use table::Table;
 use truth::Orientations;
 
@@ -38,6 +39,8 @@ pub enum Format {
     PceAtlas,
     /// Real GO1 of the method's authors: force and IMU in g and °/s, no header, 250 Hz
     PceGo1,
+    /// Simulated ATLAS and NAO of github.com/mrsp/lcd: 13 columns, no header, 100 Hz, gravity removed
+    Lcd,
     /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1)
     Csv,
 }
@@ -98,7 +101,8 @@ impl Opened {
     /// The first thing that is wrong with it, with file, line and column.
     pub fn read(self, hints: &Hints) -> Result<Loaded, InputError> {
         match self.format {
-            Format::PceAtlas => pce::read_atlas(self.table, hints),
+            Format::PceAtlas => pce::read_robot(self.table, LabelScheme::StableOrNot, hints),
+            Format::Lcd => pce::read_robot(self.table, LabelScheme::ContactClass, hints),
             Format::PceGo1 => pce::read_go1(self.table, hints),
             Format::Csv => csv::read(self.table, hints, &mut ()),
         }

@@ -1,11 +1,16 @@
-//! The recordings published with the method: simulated ATLAS and a real GO1.
+//! The recordings published with the method, simulated ATLAS and a real GO1, and those of `lcd`,
+//! which have the same columns as ATLAS. None has a header.
 //!
-//! Source: `offline/data` of the authors' repository,
-//! <https://github.com/MichaelMarav/ProbabilisticContactEstimation>. Neither kind has a header.
+//! Sources: `offline/data` of the authors' repository,
+//! <https://github.com/MichaelMarav/ProbabilisticContactEstimation>; <https://github.com/mrsp/lcd>.
 //!
 //! # ATLAS
 //! `Fx Fy Fz Tx Ty Tz ax ay az wx wy wz label`, N, N m, m/s², rad/s; 1 kHz; the simulator has
 //! taken gravity out. The load is `Fz`; label 1 is stable.
+//!
+//! # LCD
+//! Simulated ATLAS and NAO, as above but at 100 Hz and with a class for a label: 0 stable, 1 no
+//! contact, 2 slip, of which the last two count as not stable.
 //!
 //! # GO1
 //! `Fz ax ay az wx wy wz`, raw force, g, °/s, gravity included. The IMU was read at about 70 Hz
@@ -42,6 +47,9 @@ use crate::recording::{Label, RecordedSample, Recording};
 /// Rate of the ATLAS recordings, Hz.
 pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;
 
+/// Rate of the recordings of `lcd`, Hz.
+pub const LCD_SAMPLE_RATE: f32 = 100.0;
+
 /// Nominal rate of the GO1 recordings' IMU columns, Hz.
 pub const GO1_SAMPLE_RATE: f32 = Params::PAPER_GO1.sample_rate;
 
@@ -63,27 +71,41 @@ const ATLAS_COLUMNS: [&str; 13] = [
 
 const GO1_COLUMNS: [&str; 7] = ["Fz", "ax", "ay", "az", "wx", "wy", "wz"];
 
-/// What the last of the 13 columns says.
+/// What the last of the 13 columns says, which also tells the recordings of `lcd` from those of the
+/// method's authors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LabelScheme {
     /// 1 stable, 0 not: the recordings of the method's authors.
     StableOrNot,
-    /// 0 stable, 1 no contact, 2 slip: the recordings at <https://github.com/mrsp/lcd>, which have
-    /// the same columns.
+    /// 0 stable, 1 no contact, 2 slip: the recordings of `lcd`.
     ContactClass,
+}
+
+impl LabelScheme {
+    /// The rate of the recordings with such labels, Hz.
+    #[must_use]
+    pub const fn sample_rate(self) -> f32 {
+        match self {
+            Self::StableOrNot => ATLAS_SAMPLE_RATE,
+            Self::ContactClass => LCD_SAMPLE_RATE,
+        }
+    }
 }
 
 /// What a six-axis force/torque sensor in the ankle measured: Fx, Fy, Fz in N, Tx, Ty, Tz in N m.
 pub type Wrench = [f64; 6];
 
-/// Reads an ATLAS recording.
+/// Reads a recording with ATLAS' 13 columns.
 ///
 /// # Errors
 /// The first thing that is wrong with it, with file, line and column.
-pub(super) fn read_atlas(table: Table, hints: &Hints) -> Result<Loaded, InputError> {
-    let sample_rate = hints.sample_rate.unwrap_or(ATLAS_SAMPLE_RATE);
-    let correction = &hints.correction;
-    let (mut recording, _) = read_table(table, LabelScheme::StableOrNot, sample_rate, correction)?;
+pub(super) fn read_robot(
+    table: Table,
+    labels: LabelScheme,
+    hints: &Hints,
+) -> Result<Loaded, InputError> {
+    let sample_rate = hints.sample_rate.unwrap_or(labels.sample_rate());
+    let (mut recording, _) = read_table(table, labels, sample_rate, &hints.correction)?;
     recording.gravity = hints.gravity.unwrap_or(recording.gravity);
     Ok(Loaded {
         start_us: 0,
@@ -92,19 +114,18 @@ pub(super) fn read_atlas(table: Table, hints: &Hints) -> Result<Loaded, InputErr
     })
 }
 
-/// Reads a recording with ATLAS' 13 columns, at `sample_rate` in Hz, and all of its wrench.
+/// Reads a recording with ATLAS' 13 columns and all of its wrench.
 ///
 /// # Errors
 /// The first thing that is wrong with it, with file, line and column.
 pub fn read_with_wrench(
     path: &Path,
     labels: LabelScheme,
-    sample_rate: f32,
 ) -> Result<(Recording, Vec<Wrench>), InputError> {
     read_table(
         Table::open(path)?,
         labels,
-        sample_rate,
+        labels.sample_rate(),
         &Correction::default(),
     )
 }
@@ -255,6 +276,10 @@ mod tests {
     use estimator_core::Vec3;
     use std::fmt::Write as _;
 
+    fn read_atlas(table: Table, hints: &Hints) -> Result<Loaded, InputError> {
+        read_robot(table, LabelScheme::StableOrNot, hints)
+    }
+
     fn load(
         text: &str,
         read: fn(Table, &Hints) -> Result<Loaded, InputError>,
@@ -296,15 +321,14 @@ mod tests {
             classes.iter().map(row).collect()
         };
         std::fs::write(&path, rows(&[0, 1, 2])).unwrap();
-        let (recording, wrenches) =
-            read_with_wrench(&path, LabelScheme::ContactClass, 100.0).unwrap();
+        let (recording, wrenches) = read_with_wrench(&path, LabelScheme::ContactClass).unwrap();
         let labels: Vec<_> = recording.samples.iter().filter_map(|s| s.label).collect();
         assert_eq!(labels, [Label::Stable, Label::NotStable, Label::NotStable]);
         assert_eq!(wrenches[2], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         assert_eq!(recording.samples[1].imu.timestamp.as_micros(), 10_000);
 
         std::fs::write(&path, rows(&[0, 3])).unwrap();
-        match read_with_wrench(&path, LabelScheme::ContactClass, 100.0) {
+        match read_with_wrench(&path, LabelScheme::ContactClass) {
             Err(InputError::Label { cell, .. }) => assert_eq!(cell.line, 2),
             other => panic!("{other:?}"),
         }

@@ -6,8 +6,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{
-    Drawn, GRID_COLOUR, NUMBER_SIZE, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE,
-    VALUE_AXIS_WIDTH, VERTICAL_COLOUR, text_style, tick,
+    Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, VERTICAL_COLOUR, axes,
+    text_style,
 };
 
 const WIDTH: u32 = 1200;
@@ -52,23 +52,10 @@ fn draw(text: &mut String, title: &str, series: &[Series; 2]) -> Drawn {
         let beside = text_style(TEXT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
         legend.draw_text(&series.name, &beside, (left + 56, 22))?;
     }
-    let mut chart = ChartBuilder::on(&rest)
-        .margin(12)
-        .margin_right(36)
-        .set_label_area_size(LabelAreaPosition::Left, VALUE_AXIS_WIDTH)
-        .set_label_area_size(LabelAreaPosition::Bottom, 66)
-        .build_cartesian_2d(0.0..1.0, 0.0..1.05 * highest)?;
-    chart
-        .configure_mesh()
+    let mut chart = axes::chart(&rest, 0.0..1.0, 0.0..1.05 * highest)?;
+    let mut mesh = chart.configure_mesh();
+    axes::styled(&mut mesh, "|P − label|", "share of samples (%)")
         .disable_x_mesh()
-        .x_desc("|P − label|")
-        .y_desc("share of samples (%)")
-        .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
-        .bold_line_style(GRID_COLOUR)
-        .light_line_style(TRANSPARENT)
-        .label_style(text_style(NUMBER_SIZE))
-        .axis_desc_style(text_style(TEXT_SIZE))
         .draw()?;
     let width = 1.0 / BARS as f64;
     for ((shares, colour), side) in shares.iter().zip(colours).zip([0.08, 0.5]) {

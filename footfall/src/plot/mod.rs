@@ -9,10 +9,11 @@
 //! long recording only what lasts is shaded. Without any load the state is always unknown, and
 //! nothing is shaded.
 //!
-//! The lines' colours are those of Okabe and Ito, which colour-blind readers can tell apart. The file's size depends on the
-//! picture's width and not on the recording's length: every pixel column keeps its first, lowest,
-//! highest and last value, so no peak is lost.
+//! The lines' colours are those of Okabe and Ito, which colour-blind readers can tell apart. The
+//! file's size depends on the picture's width and not on the recording's length: every pixel column
+//! keeps its first, lowest, highest and last value, so no peak is lost.
 
+mod axes;
 mod decimate;
 pub mod distribution;
 pub mod histogram;

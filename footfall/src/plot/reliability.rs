@@ -6,8 +6,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{
-    Area, Drawn, GRID_COLOUR, NUMBER_SIZE, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE,
-    TOTAL_COLOUR, VALUE_AXIS_WIDTH, VERTICAL_COLOUR, text_style, tick,
+    Area, Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, TOTAL_COLOUR,
+    VALUE_AXIS_WIDTH, VERTICAL_COLOUR, axes, text_style,
 };
 use crate::reliability::Bin;
 
@@ -69,24 +69,11 @@ fn draw_panel(area: &Area<'_>, panel: &Panel) -> Drawn {
         legend.draw(&dot)?;
         legend.draw_text(&series.name, &beside, (left + 40, middle))?;
     }
-    let mut chart = ChartBuilder::on(&area)
-        .margin(12)
-        .margin_right(36)
-        .set_label_area_size(LabelAreaPosition::Left, VALUE_AXIS_WIDTH)
-        .set_label_area_size(LabelAreaPosition::Bottom, 66)
-        .build_cartesian_2d(-0.02..1.02, -0.02..1.02)?;
-    chart
-        .configure_mesh()
-        .x_desc("P")
-        .y_desc("share that is stable")
+    let mut chart = axes::chart(&area, -0.02..1.02, -0.02..1.02)?;
+    let mut mesh = chart.configure_mesh();
+    axes::styled(&mut mesh, "P", "share that is stable")
         .x_labels(6)
         .y_labels(6)
-        .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
-        .bold_line_style(GRID_COLOUR)
-        .light_line_style(TRANSPARENT)
-        .label_style(text_style(NUMBER_SIZE))
-        .axis_desc_style(text_style(TEXT_SIZE))
         .draw()?;
     let ideal = PathElement::new([(0.0, 0.0), (1.0, 1.0)], BLACK.stroke_width(1));
     chart.draw_series([ideal])?;

@@ -3,6 +3,8 @@
 use core::fmt;
 use std::vec::Vec;
 
+use crate::scale::STANDARD_GRAVITY;
+
 /// What acts on the part at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stimulus {
@@ -17,7 +19,7 @@ pub struct Stimulus {
 impl Stimulus {
     /// Lying still, z up, at 25 °C.
     pub const REST: Self = Self {
-        specific_force: [0.0, 0.0, 9.806_65],
+        specific_force: [0.0, 0.0, STANDARD_GRAVITY as f64],
         angular_rate: [0.0; 3],
         temperature: 25.0,
     };
