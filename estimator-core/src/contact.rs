@@ -457,6 +457,29 @@ mod tests {
     }
 
     #[test]
+    fn a_steady_push_is_seen_before_it_is_taken_for_gravity() {
+        // The default removes gravity by itself. To an accelerometer a push that stays is a tilt,
+        // so the foot is found sliding, and later called stable again: see `residual`.
+        for push in [0.15, 0.2, 0.3, 1.0] {
+            let mut estimator = estimator(&Params::DEFAULT);
+            let decisions: Vec<_> = (0..4_000)
+                .map(|ms| {
+                    let push = if ms >= 2_000 { push } else { 0.0 };
+                    let sample = ImuSample {
+                        specific_force: SpecificForce(Vec3::new(push, 0.0, STANDARD_GRAVITY)),
+                        ..at_rest(ms * 1000)
+                    };
+                    estimator.update(&sample, None).decision
+                })
+                .collect();
+            assert_eq!(decisions[1_999], Decision::Stable);
+            let moving = &decisions[2_060..2_200];
+            assert!(moving.iter().all(|d| *d == Decision::NotStable), "{push}");
+            assert_eq!(decisions.last(), Some(&Decision::Stable), "{push}");
+        }
+    }
+
+    #[test]
     fn a_gap_as_long_as_the_window_empties_it() {
         let estimate = rested(60).update(&at_rest(59_000 + 50_000), None);
         let expected = Flags::NONE.with(Flag::TimeGap).with(Flag::WindowNotFull);

@@ -82,7 +82,8 @@ pub struct Params {
     /// robot and its controller and wants calibration. 1e-6 to 1e4.
     pub half_width: PerAxis<f32>,
     /// How well half-widths are known, as a part of themselves: the edges of ±δ are blurred by a
-    /// standard deviation of so many half-widths. 0 to 1; 0 is the paper's sharp edge.
+    /// standard deviation of so many half-widths. 0 to 1; 0 is the paper's sharp edge, and from 0.74
+    /// on not even a foot that does not move at all has P above 0.5.
     pub tolerance: f32,
     /// The attitude filter.
     pub attitude: AttitudeParams,

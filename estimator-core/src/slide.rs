@@ -19,6 +19,10 @@
 //! [`TREMOR_FREQUENCY`] that just stays within the acceleration's half-width. So the calibration of
 //! half-widths is that of speeds too.
 //!
+//! What it cannot see: a steady acceleration below δ/τ, 0.076 m/s² in the default, whatever speed it
+//! leads to; a foot that slides on at a constant speed, once the start of it is forgotten; and slides
+//! slower than δ, which is 53 mm/s where the acceleration's half-width is 4 m/s².
+//!
 //! Vertically there is no such sum: what an accelerometer's own scale and bias leave of gravity
 //! would add up to more than a slide does. And below [`SLOWEST_RATE`] there is none at all.
 

@@ -15,7 +15,8 @@ use crate::axis::PerAxis;
 use crate::kernel::Mass;
 
 /// The last *n* samples' masses on all six axes, 1 ≤ n ≤ the room in the ring, with *n* chosen at
-/// run time, and the sums over all of them and over the newest few.
+/// run time, and the sums over all of them and over the newest few. Made as a `Window<Ring<N>>`, used
+/// as a `Window<AnyRing>`, which a reference to it turns into.
 #[derive(Clone, Debug)]
 pub struct Window<R: ?Sized> {
     whole: Trailing,
@@ -309,6 +310,10 @@ mod tests {
                     let held = since_clear.len().min(trailing.length);
                     prop_assert_eq!(trailing.filled, held);
                     prop_assert_eq!(trailing.sum, sum_of(&since_clear[since_clear.len() - held..]));
+                    let means = trailing.quick_mean().zip_with(trailing.mean(), |q, m| (q, m));
+                    for (quick, mean) in means.to_array() {
+                        prop_assert!(quick <= 1.0 && (quick - mean).abs() <= 2.0 * f32::EPSILON * mean);
+                    }
                 }
             }
         }

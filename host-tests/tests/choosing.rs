@@ -1,8 +1,8 @@
 //! Why the default preset is as it is: what each part of it earns, and how much hangs on each number.
 //!
-//! The settings were chosen on two recordings of ATLAS and on the simulated foot, and frozen. The
-//! other recordings were looked at afterwards; both tables say which is which. They are kept in
-//! `docs/choosing.md`, so that a change of any result shows.
+//! The settings were to be chosen on two recordings of ATLAS and on the simulated foot; both tables
+//! say which recordings those are, and `docs/choosing.md`, which holds the tables, how far that was
+//! kept. A change of any result shows.
 
 use estimator_core::{Calibrator, Params, Residual, SlideParams, WindowLength};
 use footfall::gait::Simulation;
@@ -17,14 +17,14 @@ use host_tests::slips::{Score, profiles};
 
 const DOCUMENT: &str = "docs/choosing.md";
 
-/// The first two chose, the third did not.
+/// The first two chose. The third was not to, but was in view.
 const ATLAS: [&str; 3] = [
     "pce/ATLAS_01ground.csv",
     "pce/ATLAS_01ground_3steps.csv",
     "pce/ATLAS_01ground_003slip.csv",
 ];
 
-/// Chose nothing.
+/// Were not to choose, but were in view.
 const LCD: [&str; 2] = ["lcd/ATLAS_7k_04ground.csv", "lcd/NAO_05ground.csv"];
 
 /// Pooled over [`ATLAS`], the default preset as it is.

@@ -129,6 +129,8 @@ fn slips_are_found_soon_and_good_stances_are_left_alone() {
     assert!(default.displacement().0 <= DISPLACEMENT);
     assert!(default.false_per_thousand() <= FALSE_PER_THOUSAND);
     assert!(running[0].false_per_thousand() <= FALSE_PER_THOUSAND_RUNNING);
+    // No slip is left out of the table.
+    assert_eq!((default.not_ready, one.not_ready), (0, 0));
     // The grid is hard enough to tell.
     assert!(one.missed() > 10 * default.missed());
     assert_readme_block("slip", &table);

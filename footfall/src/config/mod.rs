@@ -22,10 +22,10 @@
 //! acceleration_m_s2 = { ax = 0.4, ay = 0.4, az = 0.8 }
 //! angular_rate_rad_s = 0.04
 //!
-//! [slide]                         # speed along the ground that a foot may pick up
+//! [slide]                         # speed along the ground that a foot may pick up; from 200 Hz on
 //! mode = "on"                     # "off" looks at accelerations only
-//! speed_m_s = 0.005
-//! time_constant_s = 0.07
+//! speed_m_s = 0.005               # at least; more with half-widths above 0.38 m/s²
+//! time_constant_s = 0.07          # for how long speed is remembered
 //!
 //! [decision]
 //! threshold = 0.5
