@@ -10,7 +10,8 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use estimator_core::{
-    Config, ContactEstimate, ContactEstimator, Flag, Flags, Load, ParamsError, Timestamp, Validity,
+    AccelerometerCorrection, Config, ContactEstimate, ContactEstimator, Flag, Flags, ImuSample,
+    Load, ParamsError, Timestamp, Validity,
 };
 use lsm6dsox::scale::FullScale;
 use wire::dictionary::index;
@@ -74,6 +75,8 @@ enum Asker {
 pub struct Foot {
     node: Node,
     estimator: ContactEstimator<WINDOW_CAPACITY>,
+    /// What the settings say of the accelerometer, out of their slots because every tick asks.
+    accelerometer: AccelerometerCorrection,
     /// Settings of the estimator have changed since it was made.
     outdated: bool,
     counters: Counters,
@@ -114,6 +117,7 @@ impl Foot {
     #[inline]
     pub fn with_config(settings: Settings, config: &Config<WINDOW_CAPACITY>, start: Start) -> Self {
         Self {
+            accelerometer: settings.accelerometer(),
             node: Node::new(settings, start.serial),
             estimator: ContactEstimator::new(config),
             outdated: false,
@@ -190,7 +194,11 @@ impl Foot {
         if core::mem::take(&mut self.outdated) {
             self.renew_estimator();
         }
-        let estimate = self.estimator.update(&measurement.sample, load);
+        let sample = ImuSample {
+            specific_force: self.accelerometer.apply(measurement.sample.specific_force),
+            ..measurement.sample
+        };
+        let estimate = self.estimator.update(&sample, load);
         self.set_stage(measurement, estimate.flags, ports);
         if let Some(news) = self.calibration.tick(&estimate) {
             self.publish_calibration(news, ports);
@@ -204,10 +212,11 @@ impl Foot {
         self.report_progress(measurement, ports);
     }
 
-    /// Takes up the settings of the estimator. Apart from the tick, whose stack would otherwise have
+    /// Takes up the settings of the estimator and of what it is given. Apart from the tick, whose stack would otherwise have
     /// room for a second estimator each time.
     #[inline(never)]
     fn renew_estimator(&mut self) {
+        self.accelerometer = self.settings().accelerometer();
         if let Ok(config) = self.settings().params().validate() {
             self.estimator = ContactEstimator::new(&config);
         }
@@ -299,7 +308,7 @@ impl Foot {
     fn act<M: RawMutex>(&mut self, event: Event, asker: Asker, ports: &Ports<M>) {
         match event {
             Event::Changed(address) => {
-                self.outdated |= (index::WINDOW..=index::LOAD_INPUT).contains(&address.index);
+                self.outdated |= (index::WINDOW..=index::ACCELEROMETER).contains(&address.index);
             }
             Event::Store => self.store(asker, Request::Store(self.settings().clone()), ports),
             Event::Restore => self.store(asker, Request::Restore, ports),

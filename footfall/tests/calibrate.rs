@@ -5,6 +5,7 @@ mod common;
 use std::fs;
 
 use common::{AXES, Bench, read};
+use estimator_core::AccelerometerCorrection;
 use footfall::config::Overrides;
 use footfall::gait::{GaitName, Ground, Plan, SensorParams, record};
 use footfall::output::write_recording;
@@ -149,7 +150,10 @@ fn a_configuration_is_kept_and_what_is_found_replaces_what_it_says() {
     );
     assert_eq!(params.window, estimator_core::WindowLength::Duration(0.04));
     let corrected = overrides.correction("robot.toml").expect("a sensor");
-    assert!((corrected.bias[0] - 0.1).abs() < 1e-3, "{text}");
+    assert!(
+        (corrected.accelerometer.bias.x - 0.1).abs() < 1e-3,
+        "{text}"
+    );
     // A second time, what was found before is not found in addition.
     bench.stdout("calibrate rests.csv --rests --config robot.toml --output again.toml");
     assert_eq!(read(&bench.path("again.toml")), text);
@@ -160,6 +164,16 @@ fn a_replay_puts_readings_right() {
     let bench = Bench::with("rests.csv", lying(6, 9.81));
     let report = bench.stdout("calibrate --rests rests.csv --output robot.toml");
     assert!(report.contains("6 rests in 6 orientations"), "{report}");
+    // What the foot is to be told is what the file says.
+    let text = read(&bench.path("robot.toml"));
+    let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
+    let accelerometer = overrides.correction("robot.toml").expect("a sensor");
+    let AccelerometerCorrection { bias, scale } = accelerometer.accelerometer;
+    let object = format!(
+        "on the foot, 0x2017: 1 = {}, 2 = {}, 3 = {}, 4 = {}, 5 = {}, 6 = {}\n",
+        bias.x, bias.y, bias.z, scale.x, scale.y, scale.z
+    );
+    assert!(report.contains(&object), "{report}");
     let residual = |config: &str| -> f64 {
         bench.stdout(&format!("replay rests.csv --output out.csv {config}"));
         let table = read(&bench.path("out.csv"));

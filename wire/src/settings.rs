@@ -1,8 +1,8 @@
 //! The values of all settings: what the configuration is, in the form in which it is stored.
 
 use estimator_core::{
-    AttitudeParams, DecisionParams, LoadParams, Params, PerAxis, Residual, RestParams, SlideParams,
-    WindowLength,
+    AccelerometerCorrection, AttitudeParams, DecisionParams, LoadParams, Params, PerAxis, Residual,
+    RestParams, SlideParams, Vec3, WindowLength,
 };
 
 use crate::abort::AbortCode;
@@ -314,6 +314,15 @@ impl Settings {
         }
     }
 
+    /// What is wrong with the accelerometer.
+    #[must_use]
+    pub fn accelerometer(&self) -> AccelerometerCorrection {
+        AccelerometerCorrection {
+            bias: self.vector(slot!(ACCELEROMETER, 1)),
+            scale: self.vector(slot!(ACCELEROMETER, 4)),
+        }
+    }
+
     /// The parameters of the estimator.
     #[must_use]
     pub fn params(&self) -> Params {
@@ -370,6 +379,12 @@ impl Settings {
         PerAxis::from_array([0, 1, 2, 3, 4, 5].map(|axis| self.f32(first + axis)))
     }
 
+    /// The three parts of which the first one is in slot `first`.
+    fn vector(&self, first: usize) -> Vec3 {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.f32(first + axis));
+        Vec3::new(x, y, z)
+    }
+
     fn seconds(&self, slot: usize) -> f32 {
         self.value(slot) as f32 / 1.0e6
     }
@@ -415,7 +430,9 @@ mod tests {
 
     #[test]
     fn the_defaults_are_the_estimators_own() {
-        assert_eq!(Settings::default().params(), Params::DEFAULT);
+        let settings = Settings::default();
+        assert_eq!(settings.params(), Params::DEFAULT);
+        assert_eq!(settings.accelerometer(), AccelerometerCorrection::NONE);
     }
 
     #[test]
@@ -491,14 +508,29 @@ mod tests {
     }
 
     #[test]
-    fn settings_from_before_there_were_witnesses_come_back_with_their_defaults() {
+    fn settings_from_before_there_was_an_object_come_back_with_its_defaults() {
         let mut settings = Settings::default();
         let window = Address::new(index::WINDOW, 0);
         assert_eq!(settings.set(window, Value::U32(40_000)), Ok(()));
-        let older = settings
-            .iter()
-            .filter(|(address, _)| address.index != index::WITNESSES);
-        assert_eq!(Settings::set_all(older), (settings.clone(), 0));
+        for newer in [index::WITNESSES, index::ACCELEROMETER] {
+            let older = settings.iter().filter(|(address, _)| address.index < newer);
+            assert_eq!(Settings::set_all(older), (settings.clone(), 0));
+        }
+    }
+
+    #[test]
+    fn each_part_of_the_accelerometers_correction_has_its_place() {
+        let mut settings = Settings::default();
+        for (subindex, value) in (1..).zip([0.1, -0.2, 0.3, 1.01, 0.98, 1.03]) {
+            let address = Address::new(index::ACCELEROMETER, subindex);
+            assert_eq!(settings.set(address, Value::F32(value)), Ok(()));
+        }
+        let expected = AccelerometerCorrection {
+            bias: Vec3::new(0.1, -0.2, 0.3),
+            scale: Vec3::new(1.01, 0.98, 1.03),
+        };
+        assert_eq!(settings.accelerometer(), expected);
+        assert_eq!(settings.params(), Params::DEFAULT);
     }
 
     #[test]

@@ -434,6 +434,10 @@ fn node() {
                 node.set_settings(settings);
                 used(node.boot(BootCause::Commanded));
             }
+            6 => {
+                let accelerometer = node.settings().accelerometer();
+                used(accelerometer.apply(any_sample().specific_force));
+            }
             _ => used(node.settings().params().validate::<256>()),
         }
     }

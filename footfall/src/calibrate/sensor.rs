@@ -13,11 +13,11 @@ use std::fmt;
 use estimator_core::Gravity;
 use serde::Serialize;
 use thiserror::Error;
+use wire::dictionary::index;
 
 use super::rests::{Rest, rests};
 use crate::gait::sensor::{GRAVITY, MILLI_DPS, MILLI_G};
 use crate::gait::space::Vector;
-use crate::input::Correction;
 use crate::recording::Recording;
 
 /// Fewest orientations: as many as unknowns.
@@ -90,7 +90,7 @@ pub enum RestsError {
         axis: &'static str,
         /// m/s².
         bias: f64,
-        /// As in [`Correction`].
+        /// By what readings without the bias would be multiplied.
         scale: f64,
     },
     /// The recording has no gravity.
@@ -172,15 +172,11 @@ impl SensorCalibration {
         })
     }
 
-    /// What puts readings right.
+    /// The values of the foot's object 0x2017, in the order of its sub-indices from 1.
     #[must_use]
-    pub fn correction(&self) -> Correction {
+    pub fn object(&self) -> [f32; 6] {
         let ([bx, by, bz], [sx, sy, sz]) = (self.accelerometer_bias, self.accelerometer_scale);
-        let [gx, gy, gz] = self.gyroscope_bias;
-        Correction {
-            bias: [bx, by, bz, gx, gy, gz],
-            scale: [sx, sy, sz, 1.0, 1.0, 1.0],
-        }
+        [bx, by, bz, sx, sy, sz].map(|value| value as f32)
     }
 }
 
@@ -342,10 +338,16 @@ impl fmt::Display for SensorCalibration {
             line(self.accelerometer_scale, 5)
         )?;
         writeln!(f, "gyroscope bias (°/s)    {}", line(dps, 3))?;
-        write!(
+        writeln!(
             f,
             "off gravity by {:.4} m/s² RMS before, {:.4} after",
             self.residual_before, self.residual_after
-        )
+        )?;
+        write!(f, "on the foot, 0x{:04X}:", index::ACCELEROMETER)?;
+        for (subindex, value) in (1..).zip(self.object()) {
+            write!(f, " {subindex} = {value}")?;
+            f.write_str(if subindex < 6 { "," } else { "" })?;
+        }
+        Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! The keys of a sensor's static calibration: what is wrong with its readings.
 
+use estimator_core::AccelerometerCorrection;
 use serde::Deserialize;
 
 use super::{AccelerationAxes, AngularRateAxes, Refusal};
@@ -35,30 +36,32 @@ pub(super) fn correction(
     file: &str,
 ) -> Result<Correction, Refusal> {
     let mut correction = Correction::NONE;
+    let Correction {
+        accelerometer: AccelerometerCorrection { bias, scale },
+        gyroscope_bias,
+    } = &mut correction;
     let AccelerationAxes { ax, ay, az } = &accelerometer.bias_m_s2;
     let AngularRateAxes { wx, wy, wz } = &gyroscope.bias_rad_s;
-    let biases = [
-        ("accelerometer.bias_m_s2.ax", ax, 5.0),
-        ("accelerometer.bias_m_s2.ay", ay, 5.0),
-        ("accelerometer.bias_m_s2.az", az, 5.0),
-        ("gyroscope.bias_rad_s.wx", wx, 1.0),
-        ("gyroscope.bias_rad_s.wy", wy, 1.0),
-        ("gyroscope.bias_rad_s.wz", wz, 1.0),
-    ];
-    for (bias, (key, value, limit)) in correction.bias.iter_mut().zip(biases) {
+    for (part, key, value, limit) in [
+        (&mut bias.x, "accelerometer.bias_m_s2.ax", ax, 5.0),
+        (&mut bias.y, "accelerometer.bias_m_s2.ay", ay, 5.0),
+        (&mut bias.z, "accelerometer.bias_m_s2.az", az, 5.0),
+        (&mut gyroscope_bias.x, "gyroscope.bias_rad_s.wx", wx, 1.0),
+        (&mut gyroscope_bias.y, "gyroscope.bias_rad_s.wy", wy, 1.0),
+        (&mut gyroscope_bias.z, "gyroscope.bias_rad_s.wz", wz, 1.0),
+    ] {
         if let Some(value) = *value {
-            *bias = f64::from(checked(file, key, value, -limit, limit)?);
+            *part = checked(file, key, value, -limit, limit)?;
         }
     }
     let AccelerationAxes { ax, ay, az } = &accelerometer.scale;
-    let scales = [
-        ("accelerometer.scale.ax", ax),
-        ("accelerometer.scale.ay", ay),
-        ("accelerometer.scale.az", az),
-    ];
-    for (scale, (key, value)) in correction.scale.iter_mut().zip(scales) {
+    for (part, key, value) in [
+        (&mut scale.x, "accelerometer.scale.ax", ax),
+        (&mut scale.y, "accelerometer.scale.ay", ay),
+        (&mut scale.z, "accelerometer.scale.az", az),
+    ] {
         if let Some(value) = *value {
-            *scale = f64::from(checked(file, key, value, 0.5, 2.0)?);
+            *part = checked(file, key, value, 0.5, 2.0)?;
         }
     }
     Ok(correction)
@@ -78,12 +81,16 @@ fn checked(file: &str, key: &str, value: f32, min: f32, max: f32) -> Result<f32,
 #[cfg(test)]
 mod tests {
     use super::super::Overrides;
+    use estimator_core::{AngularRate, SpecificForce, Vec3};
 
-    fn corrected(text: &str) -> Result<[f64; 6], String> {
+    fn corrected(text: &str) -> Result<[f32; 6], String> {
         let overrides = Overrides::parse(text, "robot.toml").unwrap();
         let correction = overrides.correction("robot.toml");
         let correction = correction.map_err(|refusal| refusal.to_string())?;
-        Ok(correction.apply([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
+        let force = SpecificForce(Vec3::new(1.0, 2.0, 3.0));
+        let rate = AngularRate(Vec3::new(4.0, 5.0, 6.0));
+        let (SpecificForce(f), AngularRate(w)) = correction.apply(force, rate);
+        Ok([f.x, f.y, f.z, w.x, w.y, w.z])
     }
 
     #[test]

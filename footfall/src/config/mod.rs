@@ -56,8 +56,8 @@
 //! ```
 //!
 //! `footfall calibrate` writes `[half_width]`, or with `--rests` `[accelerometer]` and
-//! `[gyroscope]`. The last two are for recordings: a foot has no setting for them, and learns its
-//! gyroscope's bias by itself.
+//! `[gyroscope]`. The last two are for recordings: a foot has the first one's values in its object
+//! 0x2017, and learns its gyroscope's bias by itself.
 //!
 //! The attitude filter's keys, in the tables `[attitude]` and `[attitude.rest]`, are those of
 //! [`AttitudeOverrides`] and [`RestOverrides`].

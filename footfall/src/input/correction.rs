@@ -1,26 +1,28 @@
 //! A sensor's static calibration, applied where readings become SI units and nowhere else.
 
-/// What is wrong with a sensor: a reading is its truth over `scale` plus `bias`, axis by axis in
-/// the order of [`Axis::ALL`](estimator_core::Axis::ALL).
+use estimator_core::{AccelerometerCorrection, AngularRate, SpecificForce, Vec3};
+
+/// What is wrong with a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction {
-    /// What is read where there is nothing to read, m/s² and rad/s.
-    pub bias: [f64; 6],
-    /// What a reading without its bias is multiplied by.
-    pub scale: [f64; 6],
+    /// The accelerometer, corrected as the foot does it: single precision, the same bits.
+    pub accelerometer: AccelerometerCorrection,
+    /// What the gyroscope reads at rest, rad/s.
+    pub gyroscope_bias: Vec3,
 }
 
 impl Correction {
     /// A perfect sensor.
     pub const NONE: Self = Self {
-        bias: [0.0; 6],
-        scale: [1.0; 6],
+        accelerometer: AccelerometerCorrection::NONE,
+        gyroscope_bias: Vec3::ZERO,
     };
 
-    /// The truth behind a reading, m/s² and rad/s.
+    /// The truth behind a reading.
     #[must_use]
-    pub fn apply(&self, reading: [f64; 6]) -> [f64; 6] {
-        std::array::from_fn(|axis| (reading[axis] - self.bias[axis]) * self.scale[axis])
+    pub fn apply(&self, force: SpecificForce, rate: AngularRate) -> (SpecificForce, AngularRate) {
+        let rate = AngularRate(rate.0 - self.gyroscope_bias);
+        (self.accelerometer.apply(force), rate)
     }
 }
 

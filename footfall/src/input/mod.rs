@@ -166,11 +166,15 @@ fn imu_sample(
     validity: Validity,
     correction: &Correction,
 ) -> ImuSample {
-    let [ax, ay, az, wx, wy, wz] = correction.apply(readings).map(|value| value as f32);
+    let [ax, ay, az, wx, wy, wz] = readings.map(|value| value as f32);
+    let (specific_force, angular_rate) = correction.apply(
+        SpecificForce(Vec3::new(ax, ay, az)),
+        AngularRate(Vec3::new(wx, wy, wz)),
+    );
     ImuSample {
         timestamp,
-        specific_force: SpecificForce(Vec3::new(ax, ay, az)),
-        angular_rate: AngularRate(Vec3::new(wx, wy, wz)),
+        specific_force,
+        angular_rate,
         validity,
     }
 }

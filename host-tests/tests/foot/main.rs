@@ -7,6 +7,7 @@
 mod bench;
 mod calibration;
 mod communication;
+mod correction;
 mod faults;
 mod hour;
 mod storage;

@@ -71,6 +71,7 @@ pub mod index {
     pub const DECISION: u16 = 0x2014;
     pub const LOAD_INPUT: u16 = 0x2015;
     pub const WITNESSES: u16 = 0x2016;
+    pub const ACCELEROMETER: u16 = 0x2017;
 
     pub const CONTACT: u16 = 0x2100;
     pub const AXES: u16 = 0x2101;

@@ -1,6 +1,8 @@
 //! 0x2000 to 0x20FF: the configuration of the foot.
 
-use estimator_core::{AttitudeParams, Params, PerAxis, Residual, SlideParams, WindowLength};
+use estimator_core::{
+    AccelerometerCorrection, AttitudeParams, Params, PerAxis, Residual, SlideParams, WindowLength,
+};
 
 use super::{Entry, Limits, Object, Shape, Text, index};
 use crate::foot::Foot;
@@ -131,6 +133,26 @@ const ATTITUDE_FILTER: &[Entry] = {
             1.0e3,
         )
         .unit("s"),
+    ]
+};
+
+/// What is wrong with the accelerometer. The ranges are far beyond what an LSM6DSOX has and leave
+/// room for no mistake of unit.
+const ACCELEROMETER: &[Entry] = {
+    const fn bias(sub: u8, name: &'static str, value: f32) -> Entry {
+        real(sub, name, value, -2.0, 2.0).unit("m/s²")
+    }
+    const fn scale(sub: u8, name: &'static str, value: f32) -> Entry {
+        real(sub, name, value, 0.9, 1.1)
+    }
+    const NONE: AccelerometerCorrection = AccelerometerCorrection::NONE;
+    &[
+        bias(1, "Bias x", NONE.bias.x),
+        bias(2, "Bias y", NONE.bias.y),
+        bias(3, "Bias z", NONE.bias.z),
+        scale(4, "Scale x", NONE.scale.x),
+        scale(5, "Scale y", NONE.scale.y),
+        scale(6, "Scale z", NONE.scale.z),
     ]
 };
 
@@ -307,5 +329,14 @@ pub(super) const OBJECTS: &[Object] = &[
         shape: Shape::Record,
         doc: Text::new("what else testifies of an axis beside the window, and how sharply"),
         entries: WITNESSES,
+    },
+    Object {
+        index: index::ACCELEROMETER,
+        name: Text::new("Accelerometer correction"),
+        shape: Shape::Record,
+        doc: Text::new(
+            "what the estimate rests on is (reading − bias) × scale; `footfall calibrate --rests` finds both",
+        ),
+        entries: ACCELEROMETER,
     },
 ];
