@@ -41,21 +41,21 @@ const WITNESSES: &[Entry] = {
         Entry::setting(1, "Short window", SHORT_WINDOW)
             .range(Value::U32(0), Value::U32(256_000))
             .unit("µs")
-            .doc("an axis has the lower probability of both windows; 0: there is but one"),
+            .doc("an axis has the lower probability of both windows; at least 5 samples; 0, or the window or more: there is but one"),
         real(2, "Slide speed", SLIDE.speed, 0.0, 1.0e3)
             .unit("m/s")
-            .doc("speed along the ground within which a foot rests; 0: accelerations only"),
+            .doc("least speed along the ground that is no rest, more where half-widths are wide; 0, or fewer than 200 samples a second: accelerations only"),
         real(3, "Slide time constant", SLIDE.time_constant, 1.0e-3, 10.0)
             .unit("s")
             .doc("for how long speed is remembered"),
         real(4, "Tolerance", Params::DEFAULT.tolerance, 0.0, 1.0)
-            .doc("how well half-widths are known, as a part of themselves"),
+            .doc("how well half-widths are known, as a part of themselves; from 0.74 on a foot at rest is below one half"),
         Entry::switch(
             5,
             "Residual",
             matches!(Params::DEFAULT.residual, Residual::Removed) as u8,
         )
-        .doc("1: what quiet stances show to be left of gravity is taken out"),
+        .doc("1: what quiet stances show to be left of gravity is taken out; 0: it stays in"),
     ]
 };
 
