@@ -152,7 +152,7 @@ fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
 }
 
 #[test]
-fn the_filter_is_as_good_as_the_best_known_and_the_readme_says_how_good() {
+fn the_filter_keeps_its_bounds_on_broad_and_the_readme_says_how_good_it_is() {
     let Some(trials) = trials() else {
         return;
     };
