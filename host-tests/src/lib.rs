@@ -5,5 +5,6 @@
 pub mod committed;
 pub mod datasets;
 pub mod oracle;
+pub mod qemu;
 pub mod requirements;
 pub mod slips;

@@ -7,31 +7,15 @@ use std::process::Command;
 use estimator_core::Params;
 use firmware::self_check;
 use host_tests::committed::workspace;
-use host_tests::requirements::unmet;
-
-/// QEMU's machine with an STM32F405; of its peripherals the self-check needs none.
-const QEMU: &str = "qemu-system-arm";
-const QEMU_ARGUMENTS: [&str; 10] = [
-    "-machine",
-    "netduinoplus2",
-    "-nographic",
-    "-monitor",
-    "none",
-    "-serial",
-    "none",
-    "-semihosting-config",
-    "enable=on,target=native",
-    "-kernel",
-];
+use host_tests::qemu;
 
 #[test]
 fn the_estimator_has_the_same_bits_on_an_emulated_cortex_m4f_as_on_the_host() {
-    if Command::new(QEMU).arg("--version").output().is_err() {
-        unmet("qemu-system-arm is not installed (Debian: apt-get install qemu-system-arm)");
+    let Some(mut qemu) = qemu::stock_board() else {
         return;
-    }
-    let output = Command::new(QEMU)
-        .args(QEMU_ARGUMENTS)
+    };
+    let output = qemu
+        .arg("-kernel")
         .arg(build_self_check())
         .output()
         .expect("QEMU starts");

@@ -6,7 +6,7 @@ use board_proofs::{Misdeed, Orbit, mailbox};
 use common::{boot, build, image};
 use estimator_core::Params;
 use firmware::self_check;
-use std::process::Command;
+use host_tests::qemu;
 use virtual_board::core::cpu::{Cpu, State};
 use virtual_board::elf::Image;
 use virtual_board::part::rcc::ResetCause;
@@ -192,33 +192,17 @@ fn a_stack_that_leaves_ram_ends_in_a_fault() {
 fn a_kernel_has_as_many_instructions_as_stock_qemu_executes() {
     let path = build("board-proofs", "kernel");
     let log = path.with_extension("qemu-log");
-    let output = Command::new("qemu-system-arm")
-        .args([
-            "-machine",
-            "netduinoplus2",
-            "-nographic",
-            "-monitor",
-            "none",
-            "-serial",
-            "none",
-        ])
-        .args([
-            "-semihosting-config",
-            "enable=on,target=native",
-            "-singlestep",
-        ])
+    let Some(mut qemu) = qemu::stock_board() else {
+        return;
+    };
+    let output = qemu
+        .arg("-singlestep")
         .args(["-d", "exec,nochain", "-D"])
         .arg(&log)
         .arg("-kernel")
         .arg(&path)
-        .output();
-    let Ok(output) = output else {
-        assert!(
-            std::env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_none(),
-            "qemu-system-arm is not installed"
-        );
-        return;
-    };
+        .output()
+        .expect("QEMU starts");
     assert!(
         output.status.success(),
         "{}",

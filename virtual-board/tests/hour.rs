@@ -6,9 +6,9 @@ mod common;
 use std::process::Command;
 use std::time::Instant;
 
-use common::{directory, everything, product, workspace};
+use common::{directory, everything, product};
 use footfall::gait::GaitName;
-use host_tests::committed::assert_block;
+use host_tests::committed::{assert_block, workspace};
 use serde_json::Value;
 use virtual_board::board::{Board, BoardOptions};
 use virtual_board::motion;

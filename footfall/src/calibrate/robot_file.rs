@@ -1,6 +1,5 @@
 //! The configuration file that a calibration leaves behind: what [`config`](crate::config) reads.
 
-use estimator_core::PerAxis;
 use toml::{Table, Value};
 
 use super::half_width::HalfWidths;
@@ -37,14 +36,7 @@ impl RobotFile {
             half_widths.steps,
             recordings.join(", ")
         ));
-        let PerAxis {
-            ax,
-            ay,
-            az,
-            wx,
-            wy,
-            wz,
-        } = half_widths.half_width;
+        let [ax, ay, az, wx, wy, wz] = half_widths.half_width.to_array();
         self.set(
             "half_width",
             "acceleration_m_s2",

@@ -75,6 +75,16 @@ const FLOATS: [RegisterARM; 8] = [
     RegisterARM::D7,
 ];
 
+/// What an exception stacks before the return address and the program status, in this order.
+const STACKED: [RegisterARM; 6] = [
+    RegisterARM::R0,
+    RegisterARM::R1,
+    RegisterARM::R2,
+    RegisterARM::R3,
+    RegisterARM::R12,
+    RegisterARM::LR,
+];
+
 const WFI: u16 = 0xBF30;
 const WFE: u16 = 0xBF20;
 const YIELD: u16 = 0xBF10;
@@ -725,14 +735,7 @@ impl Cpu {
         let frame = stack.wrapping_sub(size) & if aligned { !7 } else { !3 };
 
         let mut words = [0_u32; 26];
-        for (word, register) in words.iter_mut().zip([
-            RegisterARM::R0,
-            RegisterARM::R1,
-            RegisterARM::R2,
-            RegisterARM::R3,
-            RegisterARM::R12,
-            RegisterARM::LR,
-        ]) {
+        for (word, register) in words.iter_mut().zip(STACKED) {
             *word = self.get(register);
         }
         words[6] = return_address & !1;
@@ -855,17 +858,7 @@ impl Cpu {
         if thread != (xpsr & 0x1FF == 0) {
             return self.fault(code, Fault::usage(cfsr::INVPC), None);
         }
-        for (index, register) in [
-            RegisterARM::R0,
-            RegisterARM::R1,
-            RegisterARM::R2,
-            RegisterARM::R3,
-            RegisterARM::R12,
-            RegisterARM::LR,
-        ]
-        .into_iter()
-        .enumerate()
-        {
+        for (index, register) in STACKED.into_iter().enumerate() {
             self.set(register, word(index));
         }
         if float {

@@ -219,10 +219,20 @@ impl Nvic {
     }
 
     /// Sets the priority register of an exception.
-    pub fn set_priority_register(&mut self, number: usize, priority: u8) {
+    fn set_priority_register(&mut self, number: usize, priority: u8) {
         if let Some(slot) = self.priority.get_mut(number) {
             *slot = priority & PRIORITY_BITS;
             self.update();
+        }
+    }
+
+    /// Sets the priorities of four exceptions from `first` on; `mask` covers the bytes written.
+    pub fn write_priority_registers(&mut self, first: usize, value: u32, mask: u32) {
+        let bytes = value.to_le_bytes().into_iter().zip(mask.to_le_bytes());
+        for (number, (byte, mask)) in (first..).zip(bytes) {
+            if mask != 0 {
+                self.set_priority_register(number, byte);
+            }
         }
     }
 
@@ -268,16 +278,7 @@ impl Nvic {
                 }
             }
             0x300..0x3F0 => {
-                for (i, (byte, mask)) in value
-                    .to_le_bytes()
-                    .into_iter()
-                    .zip(mask.to_le_bytes())
-                    .enumerate()
-                {
-                    if mask != 0 {
-                        self.set_priority_register(16 + (offset - 0x300) as usize + i, byte);
-                    }
-                }
+                self.write_priority_registers(16 + (offset - 0x300) as usize, value, mask);
             }
             // STIR.
             0xE00 => self.pend(exception::INTERRUPT + (value & 0xFF) as u16),

@@ -184,16 +184,7 @@ impl Scb {
             0xD14 if merged(self.ccr) & 0x18 != 0 => return None,
             0xD14 => self.ccr = merged(self.ccr),
             0xD18..=0xD20 => {
-                for (i, (byte, mask)) in value
-                    .to_le_bytes()
-                    .into_iter()
-                    .zip(mask.to_le_bytes())
-                    .enumerate()
-                {
-                    if mask != 0 {
-                        nvic.set_priority_register(4 + (offset - 0xD18) as usize + i, byte);
-                    }
-                }
+                nvic.write_priority_registers(4 + (offset - 0xD18) as usize, value, mask);
             }
             0xD24 => {
                 self.shcsr = merged(self.shcsr) & (0b111 << 16);

@@ -3,21 +3,18 @@
 // Every test takes what it needs.
 #![allow(dead_code)]
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Mutex;
 
+use host_tests::committed::workspace;
+use host_tests::requirements::unmet;
 use virtual_board::chip::Chip;
 use virtual_board::core::cpu::Cpu;
 use virtual_board::elf::Image;
 use virtual_board::machine::Machine;
 
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-
-/// The root of the workspace.
-pub fn workspace() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
 
 /// A directory to write to.
 pub fn directory(name: &str) -> PathBuf {
@@ -79,11 +76,7 @@ pub fn product() -> Option<Vec<u8>> {
         Some(path) => PathBuf::from(path),
         None if workspace().join("firmware/src/main.rs").exists() => build("firmware", "foot"),
         None => {
-            assert!(
-                std::env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_none(),
-                "there is no product to boot"
-            );
-            eprintln!("skipped: there is no product to boot");
+            unmet("there is no product to boot");
             return None;
         }
     };

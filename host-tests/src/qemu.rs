@@ -1,0 +1,23 @@
+//! Stock QEMU as a second opinion on what runs on the target.
+
+use std::process::Command;
+
+use crate::requirements::unmet;
+
+const QEMU: &str = "qemu-system-arm";
+
+/// QEMU's machine with an STM32F405, of which programs here use the core alone, with semihosting;
+/// `None` where QEMU is not installed.
+#[must_use]
+pub fn stock_board() -> Option<Command> {
+    if Command::new(QEMU).arg("--version").output().is_err() {
+        unmet("qemu-system-arm is not installed (Debian: apt-get install qemu-system-arm)");
+        return None;
+    }
+    let mut command = Command::new(QEMU);
+    command
+        .args(["-machine", "netduinoplus2"])
+        .args(["-nographic", "-monitor", "none", "-serial", "none"])
+        .args(["-semihosting-config", "enable=on,target=native"]);
+    Some(command)
+}
