@@ -4,7 +4,7 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | which steps, on which ground | [`plan`] |
+//! | which steps, on which ground | [`plan`]; a grid of slips, [`slips`] |
 //! | one step in numbers | [`step`] |
 //! | the true motion at any moment, in closed form | [`motion`] |
 //! | whether the foot is in stable contact, from its own velocity | [`label`] |
@@ -30,6 +30,7 @@ pub mod record;
 mod segment;
 pub mod sensor;
 mod shape;
+pub mod slips;
 pub mod space;
 pub mod step;
 mod stride;
