@@ -46,8 +46,9 @@ pub enum Command {
     /// Turn what a foot has sent, a log of candump -l or a recording of its serial line, into rows,
     /// and report what is missing or damaged
     Decode(DecodeArguments),
-    /// Score this estimator and the methods of others on the five recordings that have labels
-    #[command(after_help = evaluate::labelled::wanted())]
+    /// Score this estimator and the methods of others on all recordings that have labels, and on
+    /// simulated walks
+    #[command(after_help = evaluate::sets::wanted())]
     Evaluate(EvaluateArguments),
     /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
     Attitude(AttitudeArguments),
@@ -107,7 +108,7 @@ pub struct DecodeArguments {
 /// What `footfall evaluate` takes.
 #[derive(Debug, Args)]
 pub struct EvaluateArguments {
-    /// The folder with pce/ and lcd/ in it
+    /// The folder with pce/, lcd/ and pyshoe/ in it
     #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = evaluate::DATASETS)]
     pub datasets: PathBuf,
     /// Print the tables in Markdown

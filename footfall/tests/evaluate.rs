@@ -5,62 +5,126 @@ mod common;
 use std::fs;
 
 use common::{Bench, read};
-use footfall::evaluate::labelled::SOURCES;
+use footfall::evaluate::method::Method;
+use footfall::evaluate::sets::{File, Layout, Set, files};
 use footfall::input::pce::LabelScheme;
+use serde_json::Value;
 
 /// A bench with recordings in a folder `data`: standing and swinging by turns.
 fn bench() -> Bench {
     let bench = Bench::new();
-    for source in SOURCES {
-        let (labels, per_turn) = match source.labels {
-            LabelScheme::StableOrNot => (["1", "0"], 300),
-            LabelScheme::ContactClass => (["0", "1"], 30),
-        };
-        let row = |k: u32| {
-            let noise = 0.02 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
-            match k / per_turn % 2 {
-                0 => format!("1,2,800,3,4,5,{noise},{noise},0,0,0,0,{}\n", labels[0]),
-                _ => {
-                    let a = if k.is_multiple_of(2) { 8 } else { -8 };
-                    format!("0,0,0,0,0,0,{a},7,6,3,2,{noise},{}\n", labels[1])
-                }
-            }
-        };
-        let path = bench.path("data").join(source.path);
+    for file in files() {
+        let path = bench.path("data").join(file.path);
         fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
-        fs::write(path, (0..per_turn * 20).map(row).collect::<String>()).expect("a recording");
+        fs::write(path, content(&file)).expect("a recording");
     }
     bench
 }
 
+fn content(file: &File) -> String {
+    let (header, per_turn) = match file.layout {
+        Layout::Robot(LabelScheme::StableOrNot) => ("", 300),
+        Layout::Robot(LabelScheme::ContactClass) => ("", 30),
+        Layout::Walk => ("t,ax,ay,az,wx,wy,wz,speed,label\n", 60),
+    };
+    let row = |k: u32| {
+        let noise = 0.02 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
+        let stands = (k / per_turn).is_multiple_of(2);
+        let [wrench, motion] = if stands {
+            let motion = [noise, noise, 0.0, 0.0, 0.0, 0.0];
+            [[1.0, 2.0, 800.0, 3.0, 4.0, 5.0], motion]
+        } else {
+            let a = if k.is_multiple_of(2) { 8.0 } else { -8.0 };
+            [[0.0; 6], [a, 7.0, 6.0, 3.0, 2.0, noise]]
+        };
+        match file.layout {
+            Layout::Robot(scheme) => {
+                let label = match (scheme, stands) {
+                    (LabelScheme::StableOrNot, true) | (LabelScheme::ContactClass, false) => 1,
+                    (LabelScheme::StableOrNot, false) | (LabelScheme::ContactClass, true) => 0,
+                };
+                format!("{},{},{label}\n", cells(wrench), cells(motion))
+            }
+            Layout::Walk => {
+                let [ax, ay, az, wx, wy, wz] = motion;
+                let force = cells([ax, ay, az - 9.81, wx, wy, wz]);
+                let time = f64::from(k) / 200.0;
+                format!("{time},{force},0.0,{}\n", i32::from(stands))
+            }
+        }
+    };
+    header.to_owned() + &(0..per_turn * 20).map(row).collect::<String>()
+}
+
+fn cells(values: [f64; 6]) -> String {
+    values.map(|value| value.to_string()).join(",")
+}
+
+fn array<'a>(value: &'a Value, name: &str) -> &'a Vec<Value> {
+    value[name].as_array().expect(name)
+}
+
 #[test]
-fn every_method_is_scored_on_every_recording() {
+fn every_method_is_scored_on_every_set_that_has_what_it_needs() {
     let json = bench().stdout("evaluate --datasets data --json");
-    let evaluation: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-    let methods = evaluation["methods"].as_array().expect("methods");
-    assert_eq!(methods.len(), 13);
+    let evaluation: Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(array(&evaluation, "sets").len(), Set::ALL.len());
+    let methods = array(&evaluation, "methods");
+    assert_eq!(methods.len(), Method::ALL.len());
     for method in methods {
-        let recordings = method["recordings"].as_array().expect("recordings");
-        assert_eq!(recordings.len(), SOURCES.len(), "{}", method["name"]);
-        for on in recordings {
+        let sets = array(method, "sets");
+        let robots = method["mean"].is_null();
+        assert_eq!(
+            sets.len(),
+            if robots { 5 } else { 11 },
+            "{}",
+            method["name"]
+        );
+        for on in sets {
             assert!(on["figures"]["rmse"].is_number(), "{on}");
             assert!(on["learnt"].is_string(), "{on}");
         }
         // Standing and swinging are that plain here.
-        let auc = method["groups"][0]["figures"]["roc_auc"].as_f64();
+        let auc = method["pools"][0]["figures"]["roc_auc"].as_f64();
         assert!(auc.expect("both labels") > 0.9, "{method}");
     }
+    let robots = methods.iter().filter(|method| method["mean"].is_null());
+    let robots: Vec<_> = robots
+        .filter_map(|method| method["name"].as_str())
+        .collect();
+    assert_eq!(
+        robots,
+        [
+            "authors' script (looks ahead)",
+            "force threshold, tuned on other families",
+            "force threshold, tuned on its family",
+            "force Schmitt trigger 10/5 %",
+            "fuzzy c-means, force and IMU"
+        ]
+    );
 }
 
 #[test]
 fn tables_are_for_a_terminal_or_in_markdown() {
     let bench = bench();
     let text = bench.stdout("evaluate --datasets data");
-    assert!(text.starts_with("== All recordings\nmethod "), "{text}");
-    assert!(text.contains("\n== NAO_05ground\n600 samples at 100 Hz, 50.0 % of them stable.\n"));
+    assert!(
+        text.starts_with("== Means over seven sets\nmethod "),
+        "{text}"
+    );
+    assert!(
+        text.contains("\n== NAO: NAO_05ground\n600 samples at 100 Hz, 50.0 % of them stable.\n")
+    );
+    assert!(text.contains("\n== shoe: 12 recordings\n14400 samples at 200 Hz, "));
     let markdown = bench.stdout("evaluate --datasets data --markdown");
-    assert!(markdown.contains("\n| SHOE / GLRT | "), "{markdown}");
+    assert!(
+        markdown.contains("\n| SHOE / GLRT, as published | "),
+        "{markdown}"
+    );
     assert!(markdown.contains("| threshold from ATLAS_01ground_3steps |\n"));
+    assert!(markdown.contains("| threshold from ATLAS, LCD, simulated |\n"));
+    // What a method has no figure for is no zero.
+    assert!(markdown.contains("\n| force Schmitt trigger 10/5 % | – | "));
 }
 
 #[test]
@@ -96,20 +160,30 @@ fn a_picture_that_cannot_be_written_is_found_before_anything_is_computed() {
 #[test]
 fn the_help_names_every_recording_that_is_wanted_and_where_it_is_from() {
     let help = Bench::new().stdout("evaluate --help");
-    for source in SOURCES {
-        let (before, _) = help.split_once(source.path).expect(source.path);
+    for file in files() {
+        let (before, _) = help.split_once(file.path).expect(file.path);
         let origin = before.lines().rfind(|line| line.starts_with("  from "));
-        assert_eq!(origin, Some(format!("  from {}", source.origin()).as_str()));
+        assert_eq!(origin, Some(format!("  from {}", file.origin()).as_str()));
     }
 }
 
 #[test]
 fn a_recording_that_is_absent_is_named_with_where_to_get_it() {
     let bench = bench();
-    fs::remove_file(bench.path("data/lcd/NAO_05ground.csv")).expect("it is there");
-    assert_eq!(
-        bench.error("evaluate --datasets data"),
-        "footfall: data/lcd/NAO_05ground.csv is not there; --datasets names the folder above it, \
-         the file is from github.com/mrsp/lcd\n"
-    );
+    for (file, origin) in [
+        (
+            "pyshoe/2017-11-22-11-36-45.csv",
+            "github.com/mtahakoroglu/OpenShoe-PyShoe-DeepShoe-FuseShoe",
+        ),
+        ("lcd/NAO_05ground.csv", "github.com/mrsp/lcd"),
+    ] {
+        fs::remove_file(bench.path("data").join(file)).expect("it is there");
+        assert_eq!(
+            bench.error("evaluate --datasets data"),
+            format!(
+                "footfall: data/{file} is not there; --datasets names the folder above it, the \
+                 file is from {origin}\n"
+            )
+        );
+    }
 }

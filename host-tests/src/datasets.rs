@@ -37,6 +37,9 @@ fn how_to_get(file: &str) -> &'static str {
             "copy offline/data from github.com/MichaelMarav/ProbabilisticContactEstimation into a folder `pce`"
         }
         Some("lcd") => "copy the recordings from github.com/mrsp/lcd into a folder `lcd`",
+        Some("pyshoe") => {
+            "convert the walks with optical truth of github.com/mtahakoroglu/OpenShoe-PyShoe-DeepShoe-FuseShoe to CSV in a folder `pyshoe`"
+        }
         _ => "convert the trials of github.com/dlaidig/broad to CSV in a folder `broad`",
     }
 }

@@ -17,7 +17,8 @@
 //! degree of freedom with the product or the mean of the six) this one does best over all
 //! recordings.
 
-use super::labelled::Labelled;
+use super::labelled::{GroundReaction, Labelled};
+use super::window::Motion;
 
 /// Lengths of force, torque, acceleration and angular rate.
 type Features = [f64; 4];
@@ -29,24 +30,26 @@ const FIRST_GUESS: f64 = 0.3;
 const ITERATIONS: usize = 100;
 
 /// The probability of contact at each sample of `scored`, by clusters that were found in
-/// `learnt_on`. Labels are not looked at.
+/// `learnt_on`; `None` where either lacks the force. Labels are not looked at.
 #[must_use]
-pub fn probabilities(learnt_on: &Labelled, scored: &Labelled) -> Vec<f64> {
-    let features = features(learnt_on);
+pub fn probabilities(learnt_on: &Labelled, scored: &Labelled) -> Option<Vec<f64>> {
+    let ground_reaction = learnt_on.ground_reaction.as_ref()?;
+    let features = features(ground_reaction, &learnt_on.motions);
     let scale = Scale::of(&features);
     let points: Vec<_> = features.iter().map(|x| scale.apply(x)).collect();
-    let loaded = learnt_on
+    let loaded = ground_reaction
         .wrenches
         .iter()
-        .map(|[_, _, fz, ..]| f64::from(u8::from(*fz > FIRST_GUESS * learnt_on.weight)));
+        .map(|[_, _, fz, ..]| f64::from(u8::from(*fz > FIRST_GUESS * ground_reaction.weight)));
     let clusters = Clusters::find(&points, loaded.collect());
     let membership = |x: &Features| clusters.membership(&scale.apply(x));
-    self::features(scored).iter().map(membership).collect()
+    let features = self::features(scored.ground_reaction.as_ref()?, &scored.motions);
+    Some(features.iter().map(membership).collect())
 }
 
-fn features(file: &Labelled) -> Vec<Features> {
+fn features(ground_reaction: &GroundReaction, motions: &[Motion]) -> Vec<Features> {
     let length = |[x, y, z]: [f64; 3]| (x * x + y * y + z * z).sqrt();
-    let samples = file.wrenches.iter().zip(&file.motions);
+    let samples = ground_reaction.wrenches.iter().zip(motions);
     samples
         .map(|([fx, fy, fz, tx, ty, tz], [ax, ay, az, wx, wy, wz])| {
             let vectors = [
@@ -137,6 +140,7 @@ impl Clusters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::sets::Set;
     use crate::evaluate::testing::labelled;
     use crate::recording::Label;
 
@@ -151,13 +155,13 @@ mod tests {
                 ([noise; 6], [8.0 + noise; 6], Label::NotStable)
             }
         });
-        labelled(rows)
+        labelled(Set::Ground, rows)
     }
 
     #[test]
     fn standing_and_swinging_fall_into_clusters_of_their_own() {
         let walk = walk(1.0);
-        let memberships = probabilities(&walk, &walk);
+        let memberships = probabilities(&walk, &walk).expect("a force");
         for (membership, label) in memberships.iter().zip(walk.labels()) {
             match label {
                 Label::Stable => assert!(*membership > 0.95, "{membership}"),
@@ -168,7 +172,7 @@ mod tests {
 
     #[test]
     fn clusters_of_one_recording_serve_for_another() {
-        let memberships = probabilities(&walk(1.0), &walk(0.5));
+        let memberships = probabilities(&walk(1.0), &walk(0.5)).expect("a force");
         assert!(memberships[50] > 0.95 && memberships[150] < 0.05);
     }
 

@@ -1,15 +1,13 @@
-//! The five recordings with labels, and which file each one's peers learn from.
-//!
-//! Two relations between files keep the scores honest. What wants labels, a peer's threshold, comes
-//! from [`Source::tuned_on`], which is always another file. What wants none, half-widths and
-//! cluster means, comes from [`Source::learnt_on`]: another file of the same robot, or the file
-//! itself where the robot has no other.
+//! Recordings with labels, read or simulated.
 
 use std::path::Path;
 
+use super::sets::{File, Layout, Set, Source};
 use super::window::Motion;
 use crate::error::Error;
-use crate::input::pce::{LabelScheme, Wrench, read_with_wrench};
+use crate::gait;
+use crate::input::pce::{Wrench, read_with_wrench};
+use crate::input::{self, Format, Hints};
 use crate::metrics::Scored;
 use crate::recording::{Label, Recording};
 
@@ -18,121 +16,80 @@ use crate::recording::{Label, Recording};
 const WEIGHT_QUANTILE: f64 = 0.95;
 
 /// A recording with labels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Source {
-    /// The file, in the folder of datasets.
-    pub path: &'static str,
-    /// What its labels mean.
-    pub labels: LabelScheme,
-    /// Place in [`SOURCES`] of the file whose labels tune a peer that is scored on this one.
-    pub tuned_on: usize,
-    /// Place in [`SOURCES`] of the file that is looked at without its labels.
-    pub learnt_on: usize,
-}
-
-/// All of them. The two with contact classes are of different robots and tune each other: they
-/// share rate and labels, which the ATLAS of the others does not.
-pub const SOURCES: [Source; 5] = [
-    Source {
-        path: "pce/ATLAS_01ground.csv",
-        labels: LabelScheme::StableOrNot,
-        tuned_on: 1,
-        learnt_on: 1,
-    },
-    Source {
-        path: "pce/ATLAS_01ground_3steps.csv",
-        labels: LabelScheme::StableOrNot,
-        tuned_on: 0,
-        learnt_on: 0,
-    },
-    Source {
-        path: "pce/ATLAS_01ground_003slip.csv",
-        labels: LabelScheme::StableOrNot,
-        tuned_on: 0,
-        learnt_on: 0,
-    },
-    Source {
-        path: "lcd/ATLAS_7k_04ground.csv",
-        labels: LabelScheme::ContactClass,
-        tuned_on: 4,
-        learnt_on: 3,
-    },
-    Source {
-        path: "lcd/NAO_05ground.csv",
-        labels: LabelScheme::ContactClass,
-        tuned_on: 3,
-        learnt_on: 4,
-    },
-];
-
-impl Source {
-    /// Where the recording can be had.
-    #[must_use]
-    pub const fn origin(&self) -> &'static str {
-        match self.labels {
-            LabelScheme::StableOrNot => {
-                "github.com/MichaelMarav/ProbabilisticContactEstimation, offline/data"
-            }
-            LabelScheme::ContactClass => "github.com/mrsp/lcd",
-        }
-    }
-}
-
-/// Which files are wanted in the folder of datasets, under where they can be had.
-#[must_use]
-pub fn wanted() -> String {
-    let mut text = "All of these are needed:".to_owned();
-    for of_one_origin in SOURCES.chunk_by(|one, next| one.origin() == next.origin()) {
-        let origin = of_one_origin.first().map_or("", Source::origin);
-        text = text + "\n  from " + origin;
-        for source in of_one_origin {
-            text = text + "\n    " + source.path;
-        }
-    }
-    text
-}
-
-/// A recording with labels, read.
 #[derive(Clone, Debug)]
 pub struct Labelled {
+    /// The set it belongs to.
+    pub set: Set,
     /// Samples, all of them with a label.
     pub recording: Recording,
+    /// The motion at each sample; its acceleration contains gravity where the recording does.
+    pub motions: Vec<Motion>,
+    /// Force and torque, where the foot has a sensor for them.
+    pub ground_reaction: Option<GroundReaction>,
+}
+
+/// What a force/torque sensor in the ankle measured.
+#[derive(Clone, Debug)]
+pub struct GroundReaction {
     /// The wrench at each sample.
     pub wrenches: Vec<Wrench>,
-    /// The motion at each sample.
-    pub motions: Vec<Motion>,
-    /// The robot's weight, N, as its load tells.
+    /// The robot's weight, N, by its load.
     pub weight: f64,
 }
 
 impl Labelled {
-    /// Reads one of [`SOURCES`] in the folder of datasets.
+    /// The recordings of all sets, in their order; files are in the folder of datasets.
     ///
     /// # Errors
-    /// The file is absent, or what is wrong with it.
-    pub fn read(datasets: &Path, source: &Source) -> Result<Self, Error> {
-        let path = datasets.join(source.path);
+    /// A file is absent, or what is wrong with it.
+    pub fn all(datasets: &Path) -> Result<Vec<Self>, Error> {
+        let sources = Set::ALL
+            .into_iter()
+            .flat_map(|set| set.sources().into_iter().map(move |source| (set, source)));
+        sources
+            .map(|(set, source)| match source {
+                Source::File(file) => Self::read(set, &file, datasets),
+                Source::Simulated { plan, sensor, seed } => {
+                    Ok(Self::new(set, gait::record(&plan, &sensor, seed), None))
+                }
+            })
+            .collect()
+    }
+
+    fn read(set: Set, file: &File, datasets: &Path) -> Result<Self, Error> {
+        let path = datasets.join(file.path);
         if !path.exists() {
             return Err(Error::NoDataset {
                 file: path.display().to_string(),
-                origin: source.origin(),
+                origin: file.origin(),
             });
         }
-        let (recording, wrenches) = read_with_wrench(&path, source.labels)?;
-        Ok(Self::new(recording, wrenches))
+        match file.layout {
+            Layout::Robot(labels) => {
+                let (recording, wrenches) = read_with_wrench(&path, labels)?;
+                Ok(Self::new(set, recording, Some(wrenches)))
+            }
+            Layout::Walk => {
+                let loaded = input::read(&path, Format::Csv, &Hints::default())?;
+                Ok(Self::new(set, loaded.recording, None))
+            }
+        }
     }
 
-    /// A recording with labels and the wrench at each of its samples.
-    pub(super) fn new(recording: Recording, wrenches: Vec<Wrench>) -> Self {
+    /// A recording with labels, and the wrench at each of its samples where there is one.
+    pub(super) fn new(set: Set, recording: Recording, wrenches: Option<Vec<Wrench>>) -> Self {
         let motion = |sample: &crate::recording::RecordedSample| {
             let (a, w) = (sample.imu.specific_force.0, sample.imu.angular_rate.0);
             [a.x, a.y, a.z, w.x, w.y, w.z].map(f64::from)
         };
         Self {
+            set,
             motions: recording.samples.iter().map(motion).collect(),
-            weight: weight(&wrenches),
+            ground_reaction: wrenches.map(|wrenches| GroundReaction {
+                weight: weight(&wrenches),
+                wrenches,
+            }),
             recording,
-            wrenches,
         }
     }
 
@@ -181,16 +138,6 @@ fn weight(wrenches: &[Wrench]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn no_threshold_comes_from_the_file_that_is_scored() {
-        for (place, source) in SOURCES.iter().enumerate() {
-            assert_ne!(source.tuned_on, place, "{}", source.path);
-            // Rates and labels are shared, so a threshold means the same.
-            assert_eq!(SOURCES[source.tuned_on].labels, source.labels);
-            assert_eq!(SOURCES[source.learnt_on].labels, source.labels);
-        }
-    }
 
     #[test]
     fn the_weight_is_what_a_foot_bears_alone_and_not_the_impact() {

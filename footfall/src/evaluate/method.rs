@@ -1,19 +1,18 @@
 //! Every method that is compared, and how each is run over all recordings.
 
-use estimator_core::{Calibrator, Params, ParamsError, PerAxis, WindowLength};
+use std::collections::BTreeMap;
+
+use estimator_core::{ContactEstimate, Gravity, Params, ParamsError, WindowLength};
 use serde::Serialize;
 
-use super::labelled::{Labelled, SOURCES};
-use super::peers::{amvd, answers, ared, grf, mbgtd, shoe, threshold};
+use super::labelled::Labelled;
+use super::peers::{Detector, answers, grf, published, threshold};
 use super::score::Outcome;
+use super::teaching::{self, Teachers};
+use super::window::PAPER_WINDOW;
 use super::{authors, fuzzy};
 use crate::metrics::Scored;
-use crate::probability_map::ProbabilityMap;
 use crate::replay::replay;
-
-/// Duration of the paper's window, s: 50 samples at 1 kHz. At another rate it is this duration and
-/// not that count, for the paper's preset and for all peers.
-pub const PAPER_WINDOW: f32 = 0.05;
 
 /// A method that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -21,27 +20,21 @@ pub const PAPER_WINDOW: f32 = 0.05;
 pub enum Method {
     /// This estimator, default preset.
     Default,
-    /// This estimator, default preset, with half-widths calibrated for the robot without labels.
-    Calibrated,
-    /// As [`Calibrated`](Self::Calibrated), with P mapped by what the labels of the other recordings
-    /// of the same kind teach.
-    Mapped,
-    /// As [`Mapped`](Self::Mapped), from all other recordings, of whatever kind.
-    MappedAcross,
     /// This estimator, the paper's preset.
     Paper,
     /// The authors' script, which looks ahead.
     Authors,
-    /// See [`shoe`].
-    Shoe,
-    /// See [`ared`].
-    Ared,
-    /// See [`amvd`].
-    Amvd,
-    /// See [`mbgtd`].
-    Mbgtd,
-    /// A threshold on the vertical force.
-    Force,
+    /// SHOE with the constants in [`published`].
+    PublishedShoe,
+    /// ARED with the constants in [`published`].
+    PublishedAred,
+    /// A detector with a threshold that others' labels teach.
+    Tuned {
+        /// Which.
+        detector: Detector,
+        /// Whose labels.
+        teachers: Teachers,
+    },
     /// A Schmitt trigger on the vertical force.
     ForceTrigger,
     /// See [`fuzzy`].
@@ -61,7 +54,7 @@ pub enum Causality {
 /// What a method knew of a recording before it was scored on it, for tables.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Knowledge {
-    /// What was learnt from other labels or without any, and from which files.
+    /// What was learnt from other labels or without any, and from which recordings.
     pub learnt: String,
     /// The names of the recordings whose labels were used.
     pub labels_of: Vec<String>,
@@ -78,39 +71,50 @@ pub struct Run {
 
 impl Method {
     /// All methods in the order in which they are shown.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 17] = [
         Self::Default,
-        Self::Calibrated,
-        Self::Mapped,
-        Self::MappedAcross,
         Self::Paper,
         Self::Authors,
-        Self::Shoe,
-        Self::Ared,
-        Self::Amvd,
-        Self::Mbgtd,
-        Self::Force,
+        Self::PublishedShoe,
+        Self::PublishedAred,
+        Self::tuned(Detector::Shoe, Teachers::OtherFamilies),
+        Self::tuned(Detector::Ared, Teachers::OtherFamilies),
+        Self::tuned(Detector::Amvd, Teachers::OtherFamilies),
+        Self::tuned(Detector::Mbgtd, Teachers::OtherFamilies),
+        Self::tuned(Detector::Force, Teachers::OtherFamilies),
+        Self::tuned(Detector::Shoe, Teachers::SameFamily),
+        Self::tuned(Detector::Ared, Teachers::SameFamily),
+        Self::tuned(Detector::Amvd, Teachers::SameFamily),
+        Self::tuned(Detector::Mbgtd, Teachers::SameFamily),
+        Self::tuned(Detector::Force, Teachers::SameFamily),
         Self::ForceTrigger,
         Self::FuzzyCMeans,
     ];
 
-    /// How it is called in tables.
+    /// A detector with a threshold that the labels of `teachers` teach.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub const fn tuned(detector: Detector, teachers: Teachers) -> Self {
+        Self::Tuned { detector, teachers }
+    }
+
+    /// Its name in tables.
+    #[must_use]
+    pub fn name(self) -> String {
         match self {
-            Self::Default => "footfall, default preset",
-            Self::Calibrated => "footfall, half-widths calibrated",
-            Self::Mapped => "footfall, calibrated and mapped",
-            Self::MappedAcross => "footfall, mapped by other robots too",
-            Self::Paper => "footfall, paper preset",
-            Self::Authors => "authors' script (looks ahead)",
-            Self::Shoe => "SHOE / GLRT",
-            Self::Ared => "ARED",
-            Self::Amvd => "AMVD",
-            Self::Mbgtd => "MBGTD",
-            Self::Force => "force threshold",
-            Self::ForceTrigger => "force Schmitt trigger 10/5 %",
-            Self::FuzzyCMeans => "fuzzy c-means, force and IMU",
+            Self::Default => "footfall, default preset".to_owned(),
+            Self::Paper => "footfall, paper preset".to_owned(),
+            Self::Authors => "authors' script (looks ahead)".to_owned(),
+            Self::PublishedShoe => format!("{}, as published", Detector::Shoe.name()),
+            Self::PublishedAred => format!("{}, as published", Detector::Ared.name()),
+            Self::Tuned { detector, teachers } => {
+                let on = match teachers {
+                    Teachers::OtherFamilies => "on other families",
+                    Teachers::SameFamily => "on its family",
+                };
+                format!("{}, tuned {on}", detector.name())
+            }
+            Self::ForceTrigger => "force Schmitt trigger 10/5 %".to_owned(),
+            Self::FuzzyCMeans => "fuzzy c-means, force and IMU".to_owned(),
         }
     }
 
@@ -123,76 +127,34 @@ impl Method {
         }
     }
 
-    /// Runs it over all recordings, which are those of [`SOURCES`] in their order.
+    /// Runs it over all recordings: one run each, in their order; `None` where the recording lacks
+    /// what the method needs.
     ///
     /// # Errors
     /// The estimator refuses a recording's sample rate.
-    pub fn run(self, files: &[Labelled]) -> Result<Vec<Run>, ParamsError> {
+    pub fn run(self, recordings: &[Labelled]) -> Result<Vec<Option<Run>>, ParamsError> {
         match self {
-            Self::Default => each(files, |_, file| {
-                estimated(file, &Params::DEFAULT, "preset as it is")
+            Self::Default => each(recordings, |_, file| {
+                estimated(file, &Params::DEFAULT, "preset as it is").map(Some)
             }),
-            Self::Paper => each(files, |_, file| {
-                estimated(file, &paper_params(), "preset as it is")
+            Self::Paper => each(recordings, |_, file| {
+                estimated(file, &paper_params(), "preset as it is").map(Some)
             }),
-            Self::Calibrated => each(files, |place, file| {
-                let from = &files[SOURCES[place].learnt_on];
-                match half_widths(from)? {
-                    Some(half_width) => {
-                        let params = Params {
-                            half_width,
-                            ..Params::DEFAULT
-                        };
-                        let learnt = format!("half-widths from {}, no labels", from.name());
-                        estimated(file, &params, &learnt)
-                    }
-                    None => estimated(
-                        file,
-                        &Params::DEFAULT,
-                        &format!("preset as it is: too few steps in {}", from.name()),
-                    ),
-                }
+            Self::Authors => each(recordings, |_, file| Ok(authors_run(file))),
+            Self::PublishedShoe => each(recordings, |_, file| {
+                Ok(Some(published_run(file, &published::shoe(file))))
             }),
-            Self::Mapped => {
-                let same = |a: usize, b: usize| SOURCES[a].labels == SOURCES[b].labels;
-                Ok(mapped(files, &Self::Calibrated.run(files)?, same))
-            }
-            Self::MappedAcross => Ok(mapped(files, &Self::Calibrated.run(files)?, |_, _| true)),
-            Self::Authors => each(files, |_, file| Ok(authors_run(file))),
-            Self::FuzzyCMeans => each(files, |place, file| {
-                let from = &files[SOURCES[place].learnt_on];
+            Self::PublishedAred => each(recordings, |_, file| {
+                Ok(Some(published_run(file, &published::ared(file))))
+            }),
+            Self::Tuned { detector, teachers } => Ok(tuned(recordings, detector, teachers)),
+            Self::ForceTrigger => each(recordings, |_, file| Ok(force_trigger_run(file))),
+            Self::FuzzyCMeans => each(recordings, |place, file| {
+                let from = &recordings[teaching::unlabelled(recordings, place)];
                 let learnt = format!("clusters from {}, no labels", from.name());
                 let probabilities = fuzzy::probabilities(from, file);
-                Ok(Run::of(file, &probabilities, &learnt))
+                Ok(probabilities.map(|p| Run::of(file, &p, &learnt)))
             }),
-            Self::ForceTrigger => each(files, |_, file| {
-                let shares = grf::load_shares(&file.wrenches, file.weight);
-                let answers = grf::schmitt_trigger(&shares);
-                Ok(Run::of(
-                    file,
-                    &answers,
-                    "levels as published, weight from the load",
-                ))
-            }),
-            Self::Shoe => Ok(thresholded(files, |file| {
-                let sigma = (
-                    f64::from(Params::PAPER.bandwidth.ax),
-                    f64::from(Params::PAPER.bandwidth.wx),
-                );
-                negated(shoe::statistic(&file.motions, window(file), sigma))
-            })),
-            Self::Ared => Ok(thresholded(files, |file| {
-                negated(ared::statistic(&file.motions, window(file)))
-            })),
-            Self::Amvd => Ok(thresholded(files, |file| {
-                negated(amvd::statistic(&file.motions, window(file)))
-            })),
-            Self::Mbgtd => Ok(thresholded(files, |file| {
-                negated(mbgtd::statistic(&file.motions, window(file)))
-            })),
-            Self::Force => Ok(thresholded(files, |file| {
-                grf::load_shares(&file.wrenches, file.weight)
-            })),
         }
     }
 }
@@ -212,13 +174,47 @@ impl Run {
             },
         }
     }
+
+    /// Of a method that answers "stable" where a score is above a threshold.
+    fn thresholded(file: &Labelled, scores: &[f64], threshold: f64, knowledge: Knowledge) -> Self {
+        Self {
+            outcome: Outcome {
+                scored: file.scored(&answers(scores, threshold)),
+                ranking: file.scored(scores),
+            },
+            knowledge,
+        }
+    }
+}
+
+impl Knowledge {
+    /// What a method knew of several recordings: each thing once.
+    #[must_use]
+    pub fn of_all(runs: &[&Run]) -> Self {
+        let mut learnt: Vec<&str> = Vec::new();
+        let mut labels_of: Vec<String> = Vec::new();
+        for Run { knowledge, .. } in runs {
+            if !learnt.contains(&knowledge.learnt.as_str()) {
+                learnt.push(&knowledge.learnt);
+            }
+            for name in &knowledge.labels_of {
+                if !labels_of.contains(name) {
+                    labels_of.push(name.clone());
+                }
+            }
+        }
+        Self {
+            learnt: learnt.join("; "),
+            labels_of,
+        }
+    }
 }
 
 fn each(
-    files: &[Labelled],
-    run: impl Fn(usize, &Labelled) -> Result<Run, ParamsError>,
-) -> Result<Vec<Run>, ParamsError> {
-    let runs = files.iter().enumerate();
+    recordings: &[Labelled],
+    run: impl Fn(usize, &Labelled) -> Result<Option<Run>, ParamsError>,
+) -> Result<Vec<Option<Run>>, ParamsError> {
+    let runs = recordings.iter().enumerate();
     runs.map(|(place, file)| run(place, file)).collect()
 }
 
@@ -230,158 +226,199 @@ fn paper_params() -> Params {
     }
 }
 
-fn window(file: &Labelled) -> usize {
-    file.samples_in(f64::from(PAPER_WINDOW))
-}
-
-fn negated(statistic: Vec<f64>) -> Vec<f64> {
-    statistic.into_iter().map(|value| -value).collect()
-}
-
 fn estimated(file: &Labelled, params: &Params, learnt: &str) -> Result<Run, ParamsError> {
     let estimates = replay(&file.recording, params)?;
-    let stable = |estimate: &estimator_core::ContactEstimate| estimate.probabilities.stable;
-    let probabilities: Vec<f64> = estimates.iter().map(|e| f64::from(stable(e))).collect();
+    let stable = |estimate: &ContactEstimate| f64::from(estimate.probabilities.stable);
+    let probabilities: Vec<f64> = estimates.iter().map(stable).collect();
     Ok(Run::of(file, &probabilities, learnt))
 }
 
-/// Half-widths for a robot, from a recording of it and without its labels; `None` where it takes
-/// too few steps.
-fn half_widths(file: &Labelled) -> Result<Option<PerAxis<f32>>, ParamsError> {
-    let params = Params {
-        sample_rate: file.recording.sample_rate,
-        ..Params::DEFAULT
-    };
-    let mut calibrator = Calibrator::new(&params);
-    for estimate in replay(&file.recording, &params)? {
-        calibrator.update(&estimate);
+/// The script has no means to take out gravity.
+fn authors_run(file: &Labelled) -> Option<Run> {
+    match file.recording.gravity {
+        Gravity::Included => None,
+        Gravity::Removed => {
+            let window = file.samples_in(f64::from(PAPER_WINDOW));
+            let probabilities = authors::probabilities(&file.motions, window, &Params::PAPER);
+            Some(Run::of(file, &probabilities, "parameters as published"))
+        }
     }
-    Ok(calibrator.propose().ok())
 }
 
-fn authors_run(file: &Labelled) -> Run {
-    let probabilities = authors::probabilities(&file.motions, window(file), &Params::PAPER);
-    Run::of(file, &probabilities, "parameters as published")
-}
-
-/// A method that answers "stable" where a score is above a threshold. The threshold comes from the
-/// file that [`SOURCES`] names for it.
-fn thresholded(files: &[Labelled], score: impl Fn(&Labelled) -> Vec<f64>) -> Vec<Run> {
-    let scores: Vec<Vec<f64>> = files.iter().map(score).collect();
-    let of_file = |(place, file): (usize, &Labelled)| {
-        let tuned_on = SOURCES[place].tuned_on;
-        let from = &files[tuned_on];
-        let threshold = threshold(&from.scored(&scores[tuned_on]));
-        Run {
-            outcome: Outcome {
-                scored: file.scored(&answers(&scores[place], threshold)),
-                ranking: file.scored(&scores[place]),
-            },
-            knowledge: Knowledge {
-                learnt: format!("threshold from {}", from.name()),
-                labels_of: vec![from.name().to_owned()],
-            },
-        }
+fn published_run(file: &Labelled, scores: &[f64]) -> Run {
+    let knowledge = Knowledge {
+        learnt: "constants as published".to_owned(),
+        labels_of: Vec::new(),
     };
-    files.iter().enumerate().map(of_file).collect()
+    Run::thresholded(file, scores, -published::THRESHOLD, knowledge)
 }
 
-/// Maps each recording's probabilities by what the labels of others teach: of those that `fits`
-/// finds fit for it, by their places in [`SOURCES`], but never its own.
-fn mapped(files: &[Labelled], runs: &[Run], fits: impl Fn(usize, usize) -> bool) -> Vec<Run> {
-    let of_run = |(place, run): (usize, &Run)| {
-        let others = (0..runs.len()).filter(|other| *other != place && fits(place, *other));
-        let others: Vec<usize> = others.collect();
-        let scored: Vec<Scored> = others
-            .iter()
-            .flat_map(|other| runs[*other].outcome.scored.iter().copied())
-            .collect();
-        let map = ProbabilityMap::learn(&scored).unwrap_or(ProbabilityMap::IDENTITY);
-        let names: Vec<_> = others
-            .iter()
-            .map(|other| files[*other].name().to_owned())
-            .collect();
-        Run {
-            outcome: run.outcome.clone().mapped(|p| map.apply(p)),
-            knowledge: Knowledge {
-                learnt: format!(
-                    "{}; slope {:.2}, offset {:.2} from {}",
-                    run.knowledge.learnt,
-                    map.slope(),
-                    map.offset(),
-                    names.join(", ")
-                ),
-                labels_of: names,
-            },
+fn force_trigger_run(file: &Labelled) -> Option<Run> {
+    let shares = grf::load_shares(file.ground_reaction.as_ref()?);
+    Some(Run::of(
+        file,
+        &grf::schmitt_trigger(&shares),
+        "levels as published, weight from the load",
+    ))
+}
+
+/// A detector with the threshold that gives the fewest wrong answers on its teachers' recordings, in
+/// which each family counts alike.
+fn tuned(recordings: &[Labelled], detector: Detector, teachers: Teachers) -> Vec<Option<Run>> {
+    let scores: Vec<_> = recordings
+        .iter()
+        .map(|file| detector.scores(file))
+        .collect();
+    // The recordings of a family have the same teachers in the other families.
+    let mut thresholds: BTreeMap<Vec<usize>, f64> = BTreeMap::new();
+    let of_place = |(place, file): (usize, &Labelled)| {
+        let scores_here = scores[place].as_ref()?;
+        let mut from = teachers.places(recordings, place);
+        from.retain(|place| scores[*place].is_some());
+        if from.is_empty() {
+            return None;
         }
+        let knowledge = Knowledge {
+            learnt: format!(
+                "threshold from {}",
+                teachers_name(recordings, teachers, &from)
+            ),
+            labels_of: from
+                .iter()
+                .map(|place| recordings[*place].name().to_owned())
+                .collect(),
+        };
+        let threshold = *thresholds.entry(from).or_insert_with_key(|from| {
+            threshold(&by_family(recordings, from, |place| {
+                scores[place].as_deref().unwrap_or_default()
+            }))
+        });
+        Some(Run::thresholded(file, scores_here, threshold, knowledge))
     };
-    runs.iter().enumerate().map(of_run).collect()
+    recordings.iter().enumerate().map(of_place).collect()
+}
+
+/// The scores of recordings beside their labels, one group a family. The recordings of a family are
+/// next to each other.
+fn by_family<'a>(
+    recordings: &[Labelled],
+    places: &[usize],
+    scores: impl Fn(usize) -> &'a [f64],
+) -> Vec<Vec<Scored>> {
+    let family = |place: &usize| recordings[*place].set.family();
+    let families = places.chunk_by(|a, b| family(a) == family(b));
+    families
+        .map(|places| {
+            let scored = |place: &usize| recordings[*place].scored(scores(*place));
+            places.iter().flat_map(scored).collect()
+        })
+        .collect()
+}
+
+fn teachers_name(recordings: &[Labelled], teachers: Teachers, places: &[usize]) -> String {
+    let mut names: Vec<&str> = places
+        .iter()
+        .map(|place| match teachers {
+            Teachers::OtherFamilies => recordings[*place].set.family().name(),
+            Teachers::SameFamily => recordings[*place].name(),
+        })
+        .collect();
+    names.dedup();
+    names.join(", ")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::sets::{Family, Set};
     use crate::evaluate::testing::labelled;
     use crate::recording::Label;
 
-    /// Five walks of a foot that turns `slowness` times slower in its swing than in the first.
-    fn walks(slowness: [f64; 5]) -> Vec<Labelled> {
-        let walk = |slowness: f64| {
-            labelled((0..2000_u32).map(move |k| {
-                let noise = 0.01 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
-                let tremble = [10.0 * noise, noise, noise, noise, noise, noise];
-                if k / 125 % 2 == 0 {
-                    ([0.0, 0.0, 800.0, 0.0, 0.0, 0.0], tremble, Label::Stable)
-                } else {
-                    let swing = tremble.map(|m| 8.0 / slowness + m);
-                    ([0.0; 6], swing, Label::NotStable)
-                }
-            }))
-        };
-        slowness.map(walk).into()
+    /// Every kind of set, each with more than one recording.
+    const SETS: [Set; 9] = [
+        Set::Ground,
+        Set::ThreeSteps,
+        Set::Slip,
+        Set::SevenK,
+        Set::Nao,
+        Set::Shoe,
+        Set::Shoe,
+        Set::Demo,
+        Set::Walk,
+    ];
+
+    /// The place of a recording that teaches no other one of its family.
+    const SLIP: usize = 2;
+
+    type Row = (crate::input::pce::Wrench, [f64; 6], Label);
+
+    /// A walk of a foot that turns `slowness` times slower in its swing than in the first.
+    fn rows(slowness: f64) -> impl Iterator<Item = Row> {
+        (0..2000_u32).map(move |k| {
+            let noise = 0.01 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
+            let tremble = [10.0 * noise, noise, noise, noise, noise, noise];
+            if k / 125 % 2 == 0 {
+                ([0.0, 0.0, 800.0, 0.0, 0.0, 0.0], tremble, Label::Stable)
+            } else {
+                let swing = tremble.map(|m| 8.0 / slowness + m);
+                ([0.0; 6], swing, Label::NotStable)
+            }
+        })
+    }
+
+    fn walks() -> Vec<Labelled> {
+        let slowness = (0..).map(|place| 1.0 + 0.1 * f64::from(place % 4));
+        let sets = SETS.into_iter().zip(slowness);
+        sets.map(|(set, slowness)| labelled(set, rows(slowness)))
+            .collect()
+    }
+
+    fn with_labels_turned(walks: &[Labelled], turns: impl Fn(usize) -> bool) -> Vec<Labelled> {
+        let mut turned = walks.to_vec();
+        for (_, file) in turned.iter_mut().enumerate().filter(|(k, _)| turns(*k)) {
+            for sample in &mut file.recording.samples {
+                sample.label = sample.label.map(|label| match label {
+                    Label::Stable => Label::NotStable,
+                    Label::NotStable => Label::Stable,
+                });
+            }
+        }
+        turned
+    }
+
+    fn probabilities(run: Option<&Run>) -> Option<Vec<f64>> {
+        let scored = run?.outcome.scored.iter();
+        Some(scored.map(|s| s.probability).collect())
     }
 
     #[test]
-    fn half_widths_come_from_the_other_walk_and_not_from_the_preset() {
-        let runs = Method::Calibrated.run(&walks([1.0; 5])).unwrap();
-        for run in runs {
-            assert_eq!(run.knowledge.learnt, "half-widths from made up, no labels");
+    fn a_threshold_is_what_the_other_recordings_say_and_not_the_one_scored() {
+        for teachers in [Teachers::OtherFamilies, Teachers::SameFamily] {
+            let method = Method::tuned(Detector::Shoe, teachers);
+            let mut files = walks();
+            let before = method.run(&files).unwrap().swap_remove(0).unwrap();
+            // Another motion in the recordings that tune the first moves the first's threshold …
+            for place in teachers.places(&files, 0) {
+                files[place] = labelled(SETS[place], rows(2000.0));
+            }
+            let after = method.run(&files).unwrap().swap_remove(0).unwrap();
+            assert_ne!(before.outcome.scored, after.outcome.scored, "{teachers:?}");
+            // … while what it is a threshold on stays.
+            assert_eq!(before.outcome.ranking, after.outcome.ranking);
         }
     }
 
     #[test]
-    fn a_threshold_is_what_the_other_file_says_and_not_the_one_scored() {
-        let files = walks([1.0, 1.0, 1.0, 1.0, 1.0]);
-        let before = Method::Shoe.run(&files).unwrap();
-        // Another motion in the file that tunes the first moves the first's threshold …
-        let mut files = files;
-        files[SOURCES[0].tuned_on] = walks([20.0; 5]).remove(0);
-        let after = Method::Shoe.run(&files).unwrap();
-        assert_ne!(before[0].outcome.scored, after[0].outcome.scored);
-        // … while what it is a threshold on stays.
-        assert_eq!(before[0].outcome.ranking, after[0].outcome.ranking);
-    }
-
-    #[test]
     fn no_method_that_a_robot_can_run_changes_its_mind_by_what_comes_later() {
-        let files = walks([1.0, 1.2, 1.1, 1.0, 1.3]);
+        let files = walks();
         let mut cut = files.clone();
-        // What is learnt from a file stays: only the slip file, from which nothing learns, is cut.
-        let place = 2;
+        // What is learnt from others stays: nothing that is scored here learns from the slip set.
         let keep = 1000;
-        let rows = (0..keep).map(|k| {
-            let label = files[place].labels().nth(k);
-            (
-                files[place].wrenches[k],
-                files[place].motions[k],
-                label.unwrap(),
-            )
-        });
-        let rows: Vec<_> = rows.collect();
-        cut[place] = labelled(rows.into_iter());
+        cut[SLIP] = labelled(Set::Slip, rows(1.2).take(keep));
         for method in Method::ALL {
-            let whole = method.run(&files).unwrap().remove(place).outcome.scored;
-            let part = method.run(&cut).unwrap().remove(place).outcome.scored;
+            let slip = |files| method.run(files).unwrap().swap_remove(SLIP);
+            let whole = slip(&files).unwrap().outcome.scored;
+            let part = slip(&cut).unwrap().outcome.scored;
             let same = part.iter().zip(&whole).all(|(a, b)| a == b);
             let reaches_the_end = part.len() == keep;
             match method.causality() {
@@ -392,32 +429,78 @@ mod tests {
     }
 
     #[test]
-    fn no_method_uses_labels_of_the_file_it_is_scored_on() {
-        let files = walks([1.0, 1.2, 1.1, 1.0, 1.3]);
-        let turned = |place: usize| {
-            let mut turned = files.clone();
-            for sample in &mut turned[place].recording.samples {
-                sample.label = sample.label.map(|label| match label {
-                    Label::Stable => Label::NotStable,
-                    Label::NotStable => Label::Stable,
-                });
-            }
-            turned
-        };
-        let probabilities = |run: &Run| -> Vec<f64> {
-            let scored = run.outcome.scored.iter();
-            scored.map(|s| s.probability).collect()
-        };
+    fn no_method_uses_labels_of_the_recording_it_is_scored_on() {
+        let files = walks();
         for method in Method::ALL {
             let before = method.run(&files).unwrap();
             for (place, run) in before.iter().enumerate() {
-                let after = method.run(&turned(place)).unwrap();
+                let turned = with_labels_turned(&files, |other| other == place);
+                let after = method.run(&turned).unwrap();
                 assert_eq!(
-                    probabilities(run),
-                    probabilities(&after[place]),
+                    probabilities(run.as_ref()),
+                    probabilities(after[place].as_ref()),
                     "{method:?} on {place}"
                 );
             }
         }
+    }
+
+    #[test]
+    fn what_is_tuned_on_other_families_uses_no_labels_of_its_own() {
+        let files = walks();
+        let tuned = Method::ALL.into_iter().filter(|method| {
+            matches!(method, Method::Tuned { teachers, .. } if *teachers == Teachers::OtherFamilies)
+        });
+        for method in tuned {
+            let before = method.run(&files).unwrap();
+            for family in SETS.map(Set::family) {
+                let own = |place: usize| SETS[place].family() == family;
+                let after = method.run(&with_labels_turned(&files, own)).unwrap();
+                for place in (0..files.len()).filter(|place| own(*place)) {
+                    assert_eq!(
+                        probabilities(before[place].as_ref()),
+                        probabilities(after[place].as_ref()),
+                        "{method:?} on {place}"
+                    );
+                    let knowledge = before[place].as_ref().map(|run| &run.knowledge.learnt);
+                    assert!(knowledge.is_none_or(|learnt| !learnt.contains(family.name())));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn where_there_is_no_force_its_methods_are_absent_and_all_others_are_there() {
+        let files = walks();
+        for method in Method::ALL {
+            let needs_robot = matches!(
+                method,
+                Method::Authors
+                    | Method::ForceTrigger
+                    | Method::FuzzyCMeans
+                    | Method::Tuned {
+                        detector: Detector::Force,
+                        ..
+                    }
+            );
+            for (file, run) in files.iter().zip(method.run(&files).unwrap()) {
+                let robot = matches!(file.set.family(), Family::Atlas | Family::Lcd);
+                assert_eq!(run.is_some(), robot || !needs_robot, "{method:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_several_runs_knew_is_said_once() {
+        let runs = Method::tuned(Detector::Ared, Teachers::SameFamily)
+            .run(&walks())
+            .unwrap();
+        let atlas: Vec<&Run> = runs[..3].iter().flatten().collect();
+        let knowledge = Knowledge::of_all(&atlas);
+        assert_eq!(
+            knowledge.learnt,
+            "threshold from made up for 3 steps; threshold from made up for ground"
+        );
+        assert_eq!(knowledge.labels_of.len(), 2);
     }
 }

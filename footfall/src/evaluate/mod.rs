@@ -2,7 +2,9 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | the recordings, and who may learn from which | [`labelled`] |
+//! | the sets of recordings, and their families | [`sets`] |
+//! | the recordings, read or simulated | [`labelled`] |
+//! | who may learn from which | [`teaching`] |
 //! | the methods | [`method`] |
 //! | trailing windows, for detectors | [`window`] |
 //! | detectors that others published | [`peers`] |
@@ -13,7 +15,7 @@
 //! | histogram of errors, reliability diagram | [`pictures`] |
 //!
 //! All figures are of whole recordings, by sample; those of several recordings are of all their
-//! samples together.
+//! samples together. A mean over sets is the mean of the sets' figures.
 
 pub mod authors;
 pub mod fuzzy;
@@ -22,66 +24,38 @@ pub mod method;
 pub mod peers;
 pub mod pictures;
 pub mod score;
+pub mod sets;
 pub mod table;
+pub mod teaching;
 #[cfg(test)]
 mod testing;
 pub mod window;
 
-use std::ops::Range;
 use std::path::Path;
 
 use serde::Serialize;
 
 use crate::error::Error;
-use labelled::{Labelled, SOURCES};
+use crate::metrics::Scored;
+use crate::recording::Label;
+use labelled::Labelled;
 use method::{Causality, Knowledge, Method, Run};
-use score::{Figures, Outcome};
+use score::{Figures, Outcome, Scores};
+use sets::{Family, Pool, Set};
 
 /// The folder of datasets where nothing else is said.
 pub const DATASETS: &str = "../shared/datasets";
 
-/// Recordings that are scored together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Group {
-    /// The three of the method's authors.
-    Atlas,
-    /// The one among them with a slippery floor, on which the paper compares.
-    Slip,
-    /// The two robots with contact classes.
-    Lcd,
-}
-
-impl Group {
-    /// All groups in the order in which they are shown.
-    pub const ALL: [Self; 3] = [Self::Atlas, Self::Slip, Self::Lcd];
-
-    /// Which of [`SOURCES`] it holds.
-    const fn places(self) -> Range<usize> {
-        match self {
-            Self::Atlas => 0..3,
-            Self::Slip => 2..3,
-            Self::Lcd => 3..5,
-        }
-    }
-
-    /// How it is called in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Atlas => "ATLAS",
-            Self::Slip => "slip",
-            Self::Lcd => "LCD",
-        }
-    }
-}
-
 /// What was recorded.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct About {
-    /// The recording's name.
-    pub recording: String,
-    /// Number of samples.
+    /// The set.
+    pub set: Set,
+    /// The family it belongs to.
+    pub family: Family,
+    /// The names of its recordings.
+    pub recordings: Vec<String>,
+    /// Number of samples in all of them.
     pub samples: usize,
     /// Sample rate, Hz.
     pub sample_rate_hz: f32,
@@ -89,26 +63,26 @@ pub struct About {
     pub stable_share: f64,
 }
 
-/// A method's figures on one recording.
+/// A method's figures on one set.
 #[derive(Clone, Debug, Serialize)]
-pub struct OnRecording {
-    /// The recording's name.
-    pub recording: String,
+pub struct OnSet {
+    /// The set.
+    pub set: Set,
     /// What the method knew before.
     #[serde(flatten)]
     pub knowledge: Knowledge,
     /// How it did.
     pub figures: Figures,
-    /// What it answered.
+    /// Its probability at each sample, recording after recording.
     #[serde(skip)]
-    pub outcome: Outcome,
+    pub scored: Vec<Scored>,
 }
 
-/// A method's figures on several recordings together.
+/// A method's figures on the samples of several sets together.
 #[derive(Clone, Debug, Serialize)]
-pub struct OnGroup {
+pub struct OnPool {
     /// Which.
-    pub group: Group,
+    pub pool: Pool,
     /// How it did.
     pub figures: Figures,
 }
@@ -118,102 +92,133 @@ pub struct OnGroup {
 pub struct Evaluated {
     /// The method.
     pub method: Method,
-    /// How it is called in tables.
-    pub name: &'static str,
+    /// Its name in tables.
+    pub name: String,
     /// Whether a robot can run it.
     pub causality: Causality,
-    /// Recording by recording, in the order of [`SOURCES`].
-    pub recordings: Vec<OnRecording>,
-    /// Group by group, in the order of [`Group::ALL`].
-    pub groups: Vec<OnGroup>,
+    /// The mean over the sets of [`Set::AVERAGED`]; `None` where the method cannot run on one.
+    pub mean: Option<Scores>,
+    /// Pool by pool, in the order of [`Pool::ALL`].
+    pub pools: Vec<OnPool>,
+    /// Set by set, in the order of [`Set::ALL`], without those on which the method cannot run.
+    pub sets: Vec<OnSet>,
 }
 
-/// Every method on every recording.
+/// Every method on every set.
 #[derive(Clone, Debug, Serialize)]
 pub struct Evaluation {
-    /// The recordings, in the order of [`SOURCES`].
-    pub recordings: Vec<About>,
+    /// The sets, in the order of [`Set::ALL`].
+    pub sets: Vec<About>,
     /// The methods, in the order of [`Method::ALL`].
     pub methods: Vec<Evaluated>,
 }
 
 impl Evaluation {
-    /// Runs every method on every recording in the folder of datasets.
+    /// Runs every method on every set; files are in the folder of datasets.
     ///
     /// # Errors
     /// A recording is absent or damaged, or the estimator refuses its sample rate.
     pub fn run(datasets: &Path) -> Result<Self, Error> {
-        let files = SOURCES
-            .iter()
-            .map(|source| Labelled::read(datasets, source))
-            .collect::<Result<Vec<_>, _>>()?;
+        let recordings = Labelled::all(datasets)?;
         let methods = Method::ALL
             .into_iter()
-            .map(|method| Ok(Evaluated::of(method, &files, method.run(&files)?)))
+            .map(|method| {
+                let runs = method.run(&recordings)?;
+                Ok(Evaluated::of(method, &recordings, &runs))
+            })
             .collect::<Result<_, Error>>()?;
         Ok(Self {
-            recordings: files.iter().map(About::of).collect(),
+            sets: Set::ALL.map(|set| About::of(set, &recordings)).into(),
             methods,
         })
     }
 
-    /// What a method answered on the recordings of a group.
-    fn outcomes(&self, method: Method, group: Group) -> Vec<&Outcome> {
-        let of_method = self.methods.iter().filter(|e| e.method == method);
-        let of_group = of_method.flat_map(|e| e.recordings.get(group.places()));
-        of_group.flatten().map(|on| &on.outcome).collect()
+    /// A method with its figures; `None` where it was not run.
+    #[must_use]
+    pub fn evaluated(&self, method: Method) -> Option<&Evaluated> {
+        self.methods.iter().find(|e| e.method == method)
     }
 }
 
 impl About {
-    fn of(file: &Labelled) -> Self {
-        let stable = file
-            .labels()
-            .filter(|l| *l == crate::recording::Label::Stable);
-        let samples = file.recording.samples.len();
+    fn of(set: Set, recordings: &[Labelled]) -> Self {
+        let of_set = || recordings.iter().filter(|file| file.set == set);
+        let labels = || of_set().flat_map(Labelled::labels);
+        let stable = labels().filter(|label| *label == Label::Stable).count();
         Self {
-            recording: file.name().to_owned(),
-            samples,
-            sample_rate_hz: file.recording.sample_rate,
-            stable_share: stable.count() as f64 / samples.max(1) as f64,
+            set,
+            family: set.family(),
+            recordings: of_set().map(|file| file.name().to_owned()).collect(),
+            samples: of_set().map(|file| file.recording.samples.len()).sum(),
+            sample_rate_hz: of_set().next().map_or(0.0, |f| f.recording.sample_rate),
+            stable_share: stable as f64 / labels().count().max(1) as f64,
         }
     }
 }
 
 impl Evaluated {
-    fn of(method: Method, files: &[Labelled], runs: Vec<Run>) -> Self {
-        let groups = Group::ALL
+    fn of(method: Method, recordings: &[Labelled], runs: &[Option<Run>]) -> Self {
+        let runs_on = |holds: &dyn Fn(Set) -> bool| -> Vec<&Run> {
+            let runs = recordings.iter().zip(runs);
+            let held = runs.filter(|(file, _)| holds(file.set));
+            held.filter_map(|(_, run)| run.as_ref()).collect()
+        };
+        let sets: Vec<OnSet> = Set::ALL
             .into_iter()
-            .filter_map(|group| {
-                let outcomes: Vec<_> = runs
-                    .get(group.places())?
-                    .iter()
-                    .map(|r| &r.outcome)
-                    .collect();
-                Some(OnGroup {
-                    group,
-                    figures: Figures::of(&outcomes)?,
-                })
-            })
+            .filter_map(|set| OnSet::of(set, &runs_on(&|other| other == set)))
             .collect();
-        let recordings = files
-            .iter()
-            .zip(runs)
-            .filter_map(|(file, run)| {
-                Some(OnRecording {
-                    recording: file.name().to_owned(),
-                    figures: Figures::of(&[&run.outcome])?,
-                    knowledge: run.knowledge,
-                    outcome: run.outcome,
-                })
-            })
+        let averaged: Option<Vec<Scores>> = Set::AVERAGED
+            .into_iter()
+            .map(|set| sets.iter().find(|on| on.set == set))
+            .map(|on| on.map(|on| on.figures.scores))
             .collect();
+        let pools = Pool::ALL
+            .into_iter()
+            .filter_map(|pool| OnPool::of(pool, &runs_on(&|set| set.family() == pool.family())));
         Self {
             method,
             name: method.name(),
             causality: method.causality(),
-            recordings,
-            groups,
+            mean: averaged.and_then(|scores| Scores::mean(&scores)),
+            pools: pools.collect(),
+            sets,
         }
+    }
+
+    /// Its figures on a set; `None` where it cannot run on it.
+    #[must_use]
+    pub fn on_set(&self, set: Set) -> Option<&Figures> {
+        let found = self.sets.iter().find(|on| on.set == set);
+        found.map(|on| &on.figures)
+    }
+
+    /// Its figures on a pool; `None` where it cannot run on any of its sets.
+    #[must_use]
+    pub fn on_pool(&self, pool: Pool) -> Option<&Figures> {
+        let found = self.pools.iter().find(|on| on.pool == pool);
+        found.map(|on| &on.figures)
+    }
+}
+
+impl OnSet {
+    fn of(set: Set, runs: &[&Run]) -> Option<Self> {
+        let outcomes: Vec<&Outcome> = runs.iter().map(|run| &run.outcome).collect();
+        let scored = outcomes.iter().flat_map(|outcome| &outcome.scored);
+        Some(Self {
+            set,
+            knowledge: Knowledge::of_all(runs),
+            figures: Figures::of(&outcomes)?,
+            scored: scored.copied().collect(),
+        })
+    }
+}
+
+impl OnPool {
+    fn of(pool: Pool, runs: &[&Run]) -> Option<Self> {
+        let outcomes: Vec<&Outcome> = runs.iter().map(|run| &run.outcome).collect();
+        Some(Self {
+            pool,
+            figures: Figures::of(&outcomes)?,
+        })
     }
 }

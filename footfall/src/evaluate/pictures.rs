@@ -3,8 +3,9 @@
 
 use std::io;
 
+use super::Evaluation;
 use super::method::Method;
-use super::{Evaluation, Group};
+use super::sets::{Pool, Set};
 use crate::metrics::Scored;
 use crate::plot::{histogram, reliability};
 use crate::reliability::{bins, calibration_error};
@@ -17,9 +18,9 @@ impl Evaluation {
     /// What the drawing library reports.
     pub fn histogram(&self) -> io::Result<String> {
         let series = [Method::Default, Method::FuzzyCMeans].map(|method| histogram::Series {
-            name: method.name().to_owned(),
+            name: method.name(),
             errors: self
-                .scored(method, Group::Slip)
+                .scored(method, |set| set == Set::Slip)
                 .iter()
                 .map(|s| (s.probability - s.truth()).abs())
                 .collect(),
@@ -28,17 +29,18 @@ impl Evaluation {
         histogram::svg(title, &series)
     }
 
-    /// The reliability diagrams of this estimator on both kinds of recordings, as one SVG.
+    /// The reliability diagrams of the methods that give a probability, on the two robots' families,
+    /// as one SVG.
     ///
     /// # Errors
     /// What the drawing library reports.
     pub fn reliability(&self) -> io::Result<String> {
-        let panels = [Group::Atlas, Group::Lcd].map(|group| {
-            let methods = [Method::Default, Method::Calibrated, Method::Mapped];
+        let panels = Pool::ALL.map(|pool| {
+            let methods = [Method::Default, Method::Paper, Method::FuzzyCMeans];
             reliability::Panel {
-                title: group.name().to_owned(),
+                title: pool.family().name().to_owned(),
                 series: methods.map(|method| {
-                    let scored = self.scored(method, group);
+                    let scored = self.scored(method, |set| set.family() == pool.family());
                     let error = calibration_error(&scored).unwrap_or(0.0);
                     reliability::Series {
                         name: format!("{}: {error:.3}", method.name()),
@@ -53,8 +55,9 @@ impl Evaluation {
         )
     }
 
-    fn scored(&self, method: Method, group: Group) -> Vec<Scored> {
-        let outcomes = self.outcomes(method, group);
-        outcomes.iter().flat_map(|o| &o.scored).copied().collect()
+    fn scored(&self, method: Method, of: impl Fn(Set) -> bool) -> Vec<Scored> {
+        let sets = self.evaluated(method).into_iter().flat_map(|e| &e.sets);
+        let scored = sets.filter(|on| of(on.set)).flat_map(|on| &on.scored);
+        scored.copied().collect()
     }
 }

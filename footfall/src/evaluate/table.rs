@@ -3,8 +3,11 @@
 use std::fmt::{self, Write};
 
 use super::method::Method;
-use super::score::Figures;
-use super::{Evaluated, Evaluation, Group};
+use super::peers::Detector;
+use super::score::{Figures, Scores};
+use super::sets::{Pool, Set};
+use super::teaching::Teachers;
+use super::{About, Evaluated, Evaluation};
 use crate::metrics::Latency;
 
 /// How a table is written.
@@ -56,135 +59,238 @@ impl Table {
     }
 }
 
-/// A column of a table over groups of recordings: of which group, its title, and what it shows.
-type Column = (Group, &'static str, fn(&Figures) -> String);
+/// A figure of merit, as a table shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Figure {
+    Rmse,
+    Brier,
+    RocAuc,
+    F1,
+    BestF1,
+    CalibrationError,
+    FalseStable,
+}
 
-/// What a README has room for: this estimator, the authors' and who is best of each other kind.
-const BRIEF_METHODS: [Method; 8] = [
+impl Figure {
+    const ALL: [Self; 7] = [
+        Self::Rmse,
+        Self::Brier,
+        Self::RocAuc,
+        Self::F1,
+        Self::BestF1,
+        Self::CalibrationError,
+        Self::FalseStable,
+    ];
+
+    const fn title(self) -> &'static str {
+        match self {
+            Self::Rmse => "RMSE",
+            Self::Brier => "Brier",
+            Self::RocAuc => "ROC-AUC",
+            Self::F1 => "F1 at 0.5",
+            Self::BestF1 => "best F1",
+            Self::CalibrationError => "calibration error",
+            Self::FalseStable => "false stable",
+        }
+    }
+
+    fn cell(self, scores: Option<&Scores>) -> String {
+        let Some(scores) = scores else { return none() };
+        match self {
+            Self::Rmse => format!("{:.4}", scores.rmse),
+            Self::Brier => format!("{:.4}", scores.brier_score),
+            Self::RocAuc => or_none(scores.roc_auc),
+            Self::F1 => or_none(scores.f1_at_0_5),
+            Self::BestF1 => or_none(scores.best_f1),
+            Self::CalibrationError => format!("{:.3}", scores.calibration_error),
+            Self::FalseStable => or_none(scores.false_stable),
+        }
+    }
+}
+
+/// The samples that a figure is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scope {
+    /// The mean over [`Set::AVERAGED`].
+    Mean,
+    Pool(Pool),
+    Set(Set),
+}
+
+impl Scope {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Mean => "mean",
+            Self::Pool(pool) => pool.name(),
+            Self::Set(set) => set.name(),
+        }
+    }
+
+    fn scores(self, evaluated: &Evaluated) -> Option<&Scores> {
+        match self {
+            Self::Mean => evaluated.mean.as_ref(),
+            Self::Pool(pool) => evaluated.on_pool(pool).map(|figures| &figures.scores),
+            Self::Set(set) => evaluated.on_set(set).map(|figures| &figures.scores),
+        }
+    }
+}
+
+/// The methods that a README has room for: this estimator, the authors' script, detectors without
+/// and with tuning, and the best with a force.
+const BRIEF_METHODS: [Method; 9] = [
     Method::Default,
-    Method::Calibrated,
     Method::Paper,
     Method::Authors,
-    Method::Shoe,
-    Method::Force,
+    Method::PublishedShoe,
+    Method::PublishedAred,
+    Method::tuned(Detector::Shoe, Teachers::OtherFamilies),
+    Method::tuned(Detector::Force, Teachers::OtherFamilies),
     Method::ForceTrigger,
     Method::FuzzyCMeans,
 ];
 
-const BRIEF_COLUMNS: [Column; 5] = [
-    (Group::Atlas, "RMSE", rmse),
-    (Group::Atlas, "ROC-AUC", auc),
-    (Group::Atlas, "calibration error", calibration_error),
-    (Group::Slip, "RMSE", rmse),
-    (Group::Lcd, "RMSE", rmse),
+const BRIEF_COLUMNS: [(Scope, Figure); 8] = [
+    (Scope::Mean, Figure::Rmse),
+    (Scope::Mean, Figure::RocAuc),
+    (Scope::Mean, Figure::CalibrationError),
+    (Scope::Pool(Pool::Atlas), Figure::Rmse),
+    (Scope::Set(Set::Slip), Figure::Rmse),
+    (Scope::Pool(Pool::Lcd), Figure::Rmse),
+    (Scope::Set(Set::Shoe), Figure::Rmse),
+    (Scope::Set(Set::Demo), Figure::Rmse),
+];
+
+/// The figures that are shown set beside set.
+const COMPARED: [Figure; 5] = [
+    Figure::Rmse,
+    Figure::RocAuc,
+    Figure::F1,
+    Figure::CalibrationError,
+    Figure::FalseStable,
 ];
 
 impl Evaluation {
-    /// The table for the README: some methods and some figures of the first of the
+    /// The table for the README: some methods and some figures of the
     /// [full tables](Self::full_tables).
     #[must_use]
     pub fn brief_table(&self, style: Style) -> String {
         let methods = self.methods.iter();
         let brief = methods.filter(|evaluated| BRIEF_METHODS.contains(&evaluated.method));
-        let table = group_table(brief, &BRIEF_COLUMNS);
+        let title =
+            |(scope, figure): &(Scope, Figure)| format!("{} {}", scope.name(), figure.title());
+        let row = |evaluated: &Evaluated| {
+            let cells = BRIEF_COLUMNS.iter();
+            let cells = cells.map(|(scope, figure)| figure.cell(scope.scores(evaluated)));
+            [evaluated.name.clone()].into_iter().chain(cells).collect()
+        };
+        let table = Table {
+            head: head(BRIEF_COLUMNS.iter().map(title)),
+            rows: brief.map(row).collect(),
+        };
         written(|to| table.write(style, to))
     }
 
-    /// RMSE, ranking and calibration of every method on each group of recordings.
-    fn overview(&self) -> Table {
-        let columns: [Column; 9] = [
-            (Group::Atlas, "RMSE", rmse),
-            (Group::Atlas, "ROC-AUC", auc),
-            (Group::Atlas, "best F1", best_f1),
-            (Group::Atlas, "calibration error", calibration_error),
-            (Group::Slip, "RMSE", rmse),
-            (Group::Slip, "ROC-AUC", auc),
-            (Group::Lcd, "RMSE", rmse),
-            (Group::Lcd, "ROC-AUC", auc),
-            (Group::Lcd, "calibration error", calibration_error),
-        ];
-        group_table(self.methods.iter(), &columns)
-    }
-
-    /// Everything: all methods on the groups of recordings, then for each recording all figures and
-    /// what each method knew.
+    /// Everything: the means over sets, the pools, each figure set beside set, then for each set all
+    /// figures and what each method knew.
     #[must_use]
     pub fn full_tables(&self, style: Style) -> String {
         written(|to| {
-            write_title("All recordings", style, to)?;
-            self.overview().write(style, to)?;
-            for (place, about) in self.recordings.iter().enumerate() {
+            write_title("Means over seven sets", style, to)?;
+            self.scope_table(Scope::Mean).write(style, to)?;
+            for pool in Pool::ALL {
                 to.push('\n');
-                write_title(&about.recording, style, to)?;
-                writeln!(
-                    to,
-                    "{} samples at {} Hz, {:.1} % of them stable.\n",
-                    about.samples,
-                    about.sample_rate_hz,
-                    100.0 * about.stable_share
-                )?;
-                self.recording_table(place).write(style, to)?;
+                write_title(pool.name(), style, to)?;
+                self.scope_table(Scope::Pool(pool)).write(style, to)?;
+            }
+            for figure in COMPARED {
+                to.push('\n');
+                write_title(&format!("{} by set", figure.title()), style, to)?;
+                self.figure_table(figure).write(style, to)?;
+            }
+            for about in &self.sets {
+                to.push('\n');
+                write_title(&set_title(about), style, to)?;
+                writeln!(to, "{}\n", described(about))?;
+                self.set_table(about.set).write(style, to)?;
             }
             Ok(())
         })
     }
 
-    /// All figures on the recording at a place in [`SOURCES`](super::labelled::SOURCES).
-    fn recording_table(&self, place: usize) -> Table {
-        let head = [
-            "method",
-            "RMSE",
-            "Brier",
-            "ROC-AUC",
-            "F1 at 0.5",
-            "best F1",
-            "calibration error",
-            "on",
-            "off",
-            "missed",
-            "what it knew",
-        ];
+    /// All figures of one scope, of the methods that have any.
+    fn scope_table(&self, scope: Scope) -> Table {
         let row = |evaluated: &Evaluated| {
-            let on = evaluated.recordings.get(place)?;
+            let scores = scope.scores(evaluated)?;
+            let cells = Figure::ALL.map(|figure| figure.cell(Some(scores)));
+            Some([evaluated.name.clone()].into_iter().chain(cells).collect())
+        };
+        Table {
+            head: head(Figure::ALL.map(|figure| figure.title().to_owned())),
+            rows: self.methods.iter().filter_map(row).collect(),
+        }
+    }
+
+    /// One figure of all methods: the mean, ATLAS pooled, and every set.
+    fn figure_table(&self, figure: Figure) -> Table {
+        let scopes = || {
+            let sets = Set::ALL.into_iter().map(Scope::Set);
+            [Scope::Mean, Scope::Pool(Pool::Atlas)]
+                .into_iter()
+                .chain(sets)
+        };
+        let row = |evaluated: &Evaluated| {
+            let cells = scopes().map(|scope| figure.cell(scope.scores(evaluated)));
+            [evaluated.name.clone()].into_iter().chain(cells).collect()
+        };
+        Table {
+            head: head(scopes().map(|scope| scope.name().to_owned())),
+            rows: self.methods.iter().map(row).collect(),
+        }
+    }
+
+    /// All figures on a set, of the methods that can run on it.
+    fn set_table(&self, set: Set) -> Table {
+        let titles = Figure::ALL.into_iter().map(Figure::title);
+        let titles = titles.chain(["on", "off", "missed", "what it knew"]);
+        let row = |evaluated: &Evaluated| {
+            let on = evaluated.sets.iter().find(|on| on.set == set)?;
             let figures = &on.figures;
-            Some(vec![
-                evaluated.name.to_owned(),
-                rmse(figures),
-                format!("{:.4}", figures.brier_score),
-                auc(figures),
-                or_none(figures.f1_at_0_5),
-                best_f1(figures),
-                calibration_error(figures),
+            let scores = Figure::ALL.map(|figure| figure.cell(Some(&figures.scores)));
+            let others = [
                 latency(&figures.latency_on),
                 latency(&figures.latency_off),
                 missed(figures),
                 on.knowledge.learnt.clone(),
-            ])
+            ];
+            let name = [evaluated.name.clone()];
+            Some(name.into_iter().chain(scores).chain(others).collect())
         };
         Table {
-            head: head.map(str::to_owned).into(),
+            head: head(titles.map(str::to_owned)),
             rows: self.methods.iter().filter_map(row).collect(),
         }
     }
 }
 
-/// Methods as rows, figures on groups as columns.
-fn group_table<'a>(methods: impl Iterator<Item = &'a Evaluated>, columns: &[Column]) -> Table {
-    let titles = columns
-        .iter()
-        .map(|(group, title, _)| format!("{} {title}", group.name()));
-    let row = |evaluated: &Evaluated| {
-        let cell = |(group, _, show): &Column| {
-            let on = evaluated.groups.iter().find(|on| on.group == *group);
-            on.map_or_else(none, |on| show(&on.figures))
-        };
-        let name = [evaluated.name.to_owned()];
-        name.into_iter().chain(columns.iter().map(cell)).collect()
-    };
-    Table {
-        head: ["method".to_owned()].into_iter().chain(titles).collect(),
-        rows: methods.map(row).collect(),
+fn head(titles: impl IntoIterator<Item = String>) -> Vec<String> {
+    ["method".to_owned()].into_iter().chain(titles).collect()
+}
+
+/// A set with its recording's name, where it has one alone.
+fn set_title(about: &About) -> String {
+    match about.recordings.as_slice() {
+        [recording] => format!("{}: {recording}", about.set.name()),
+        recordings => format!("{}: {} recordings", about.set.name(), recordings.len()),
     }
+}
+
+fn described(about: &About) -> String {
+    format!(
+        "{} samples at {} Hz, {:.1} % of them stable.",
+        about.samples,
+        about.sample_rate_hz,
+        100.0 * about.stable_share
+    )
 }
 
 fn write_title(title: &str, style: Style, to: &mut String) -> fmt::Result {
@@ -207,22 +313,6 @@ fn none() -> String {
 
 fn or_none(value: Option<f64>) -> String {
     value.map_or_else(none, |value| format!("{value:.3}"))
-}
-
-fn rmse(figures: &Figures) -> String {
-    format!("{:.4}", figures.rmse)
-}
-
-fn auc(figures: &Figures) -> String {
-    or_none(figures.roc_auc)
-}
-
-fn best_f1(figures: &Figures) -> String {
-    or_none(figures.best_f1)
-}
-
-fn calibration_error(figures: &Figures) -> String {
-    format!("{:.3}", figures.calibration_error)
 }
 
 fn latency(latency: &Latency) -> String {

@@ -2,7 +2,11 @@
 
 use std::collections::VecDeque;
 
-/// ax, ay, az in m/s², wx, wy, wz in rad/s, gravity removed.
+/// Duration of the paper's window, s: 50 samples at 1 kHz. At another rate it is this duration and
+/// not that count, for the paper's preset and for all peers with a tuned threshold.
+pub const PAPER_WINDOW: f32 = 0.05;
+
+/// ax, ay, az in m/s², wx, wy, wz in rad/s.
 pub type Motion = [f64; 6];
 
 /// A statistic of each sample's trailing window, which has `length` samples, itself included; at

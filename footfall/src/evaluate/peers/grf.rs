@@ -6,7 +6,7 @@
 //! and control design for the Atlas humanoid robot*, Autonomous Robots 40, 2016, use such a
 //! trigger).
 
-use crate::input::pce::Wrench;
+use crate::evaluate::labelled::GroundReaction;
 
 /// Loaded from this share of the weight on.
 pub const ON: f64 = 0.10;
@@ -14,10 +14,11 @@ pub const ON: f64 = 0.10;
 /// No longer loaded below this share of the weight.
 pub const OFF: f64 = 0.05;
 
-/// The vertical force at each sample, as a share of `weight`, N.
+/// The vertical force at each sample, as a share of the robot's weight.
 #[must_use]
-pub fn load_shares(wrenches: &[Wrench], weight: f64) -> Vec<f64> {
-    wrenches.iter().map(|[_, _, fz, ..]| fz / weight).collect()
+pub fn load_shares(ground_reaction: &GroundReaction) -> Vec<f64> {
+    let share = |[_, _, fz, ..]: &[f64; 6]| fz / ground_reaction.weight;
+    ground_reaction.wrenches.iter().map(share).collect()
 }
 
 /// The trigger's state at each sample: 1 loaded, 0 not.
@@ -46,9 +47,10 @@ mod tests {
 
     #[test]
     fn a_load_is_a_share_of_the_weight() {
-        assert_eq!(
-            load_shares(&[[7.0, 8.0, 50.0, 9.0, 9.0, 9.0]], 200.0),
-            [0.25]
-        );
+        let ground_reaction = GroundReaction {
+            wrenches: vec![[7.0, 8.0, 50.0, 9.0, 9.0, 9.0]],
+            weight: 200.0,
+        };
+        assert_eq!(load_shares(&ground_reaction), [0.25]);
     }
 }
