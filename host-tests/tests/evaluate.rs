@@ -120,7 +120,7 @@ fn published_shoe_gives_what_an_independent_computation_gave() {
         (Set::Ground, 0.408),
         (Set::ThreeSteps, 0.415),
         (Set::Slip, 0.557),
-        (Set::SevenK, 0.327),
+        (Set::Atlas7k, 0.327),
         (Set::Nao, 0.415),
         (Set::Shoe, 0.380),
     ] {

@@ -339,7 +339,7 @@ mod tests {
         Set::Ground,
         Set::ThreeSteps,
         Set::Slip,
-        Set::SevenK,
+        Set::Atlas7k,
         Set::Nao,
         Set::Shoe,
         Set::Shoe,

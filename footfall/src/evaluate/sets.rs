@@ -65,7 +65,7 @@ pub enum Set {
     /// ATLAS on a slippery floor, on which the paper compares.
     Slip,
     /// LCD's ATLAS.
-    SevenK,
+    Atlas7k,
     /// LCD's NAO.
     Nao,
     /// Twelve walks in a shoe.
@@ -88,7 +88,7 @@ impl Set {
         Self::Ground,
         Self::ThreeSteps,
         Self::Slip,
-        Self::SevenK,
+        Self::Atlas7k,
         Self::Nao,
         Self::Shoe,
         Self::Demo,
@@ -104,7 +104,7 @@ impl Set {
         Self::Ground,
         Self::ThreeSteps,
         Self::Slip,
-        Self::SevenK,
+        Self::Atlas7k,
         Self::Nao,
         Self::Shoe,
         Self::Demo,
@@ -117,7 +117,7 @@ impl Set {
             Self::Ground => "ground",
             Self::ThreeSteps => "3 steps",
             Self::Slip => "slip",
-            Self::SevenK => "ATLAS 7k",
+            Self::Atlas7k => "ATLAS 7k",
             Self::Nao => "NAO",
             Self::Shoe => "shoe",
             Self::Demo => "demo",
@@ -133,7 +133,7 @@ impl Set {
     pub const fn family(self) -> Family {
         match self {
             Self::Ground | Self::ThreeSteps | Self::Slip => Family::Atlas,
-            Self::SevenK | Self::Nao => Family::Lcd,
+            Self::Atlas7k | Self::Nao => Family::Lcd,
             Self::Shoe => Family::Shoe,
             Self::Demo | Self::Walk | Self::Trot | Self::Run | Self::Slips => Family::Simulated,
         }
@@ -146,7 +146,7 @@ impl Set {
             Self::Ground => vec![atlas("pce/ATLAS_01ground.csv")],
             Self::ThreeSteps => vec![atlas("pce/ATLAS_01ground_3steps.csv")],
             Self::Slip => vec![atlas("pce/ATLAS_01ground_003slip.csv")],
-            Self::SevenK => vec![lcd("lcd/ATLAS_7k_04ground.csv")],
+            Self::Atlas7k => vec![lcd("lcd/ATLAS_7k_04ground.csv")],
             Self::Nao => vec![lcd("lcd/NAO_05ground.csv")],
             Self::Shoe => SHOE_WALKS.map(shoe).into(),
             Self::Demo => vec![Source::Simulated {

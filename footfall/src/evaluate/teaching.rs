@@ -66,9 +66,9 @@ mod tests {
 
     #[test]
     fn no_threshold_comes_from_the_recording_that_is_scored() {
-        use Set::{Demo, Ground, Nao, SevenK, Shoe, Slip, ThreeSteps, Walk};
+        use Set::{Atlas7k, Demo, Ground, Nao, Shoe, Slip, ThreeSteps, Walk};
         let recordings = recordings(&[
-            Ground, ThreeSteps, Slip, SevenK, Nao, Shoe, Shoe, Demo, Walk,
+            Ground, ThreeSteps, Slip, Atlas7k, Nao, Shoe, Shoe, Demo, Walk,
         ]);
         for place in 0..recordings.len() {
             for teachers in [Teachers::OtherFamilies, Teachers::SameFamily] {
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn what_needs_no_labels_is_learnt_on_the_same_robot() {
-        let recordings = recordings(&[Set::Ground, Set::Slip, Set::SevenK, Set::Nao]);
+        let recordings = recordings(&[Set::Ground, Set::Slip, Set::Atlas7k, Set::Nao]);
         let learnt_on: Vec<_> = (0..4).map(|place| unlabelled(&recordings, place)).collect();
         assert_eq!(learnt_on, [1, 0, 2, 3]);
     }
