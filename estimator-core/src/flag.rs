@@ -15,19 +15,25 @@ pub enum Flag {
     /// The newest sample is not finite, beyond any sensor's range, or not later than the one
     /// before; it counts as mass 0.
     InvalidSample,
-    /// At least one sample is missing before this one; what was not seen counts as mass 0.
+    /// At least one sample is missing before this one. With half-widths, what was not seen counts as
+    /// mass 0. Otherwise up to 10 ms of it are bridged, and the probability is no higher than before;
+    /// of a longer gap nothing is left of it.
     TimeGap,
+    /// The foot has not yet shown enough of its stillness and its motion: the limits between them
+    /// are still mostly those that fit all feet. Walking a few steps ends it.
+    Settling,
 }
 
 impl Flag {
     /// All flags, in the order of their bits.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::WindowNotFull,
         Self::AttitudeNotInitialised,
         Self::Saturated,
         Self::Stale,
         Self::InvalidSample,
         Self::TimeGap,
+        Self::Settling,
     ];
 
     /// The flag's name as written in files: `window_not_full` and so on.
@@ -40,6 +46,7 @@ impl Flag {
             Self::Stale => "stale",
             Self::InvalidSample => "invalid_sample",
             Self::TimeGap => "time_gap",
+            Self::Settling => "settling",
         }
     }
 
@@ -70,11 +77,11 @@ impl Flags {
 
     /// Whether the data are in doubt, so that nothing may be called stable.
     ///
-    /// That is any flag but [`Flag::TimeGap`]: a gap's missing samples have lowered the
-    /// probability already.
+    /// That is any flag but [`Flag::TimeGap`], as a gap's missing samples have been accounted for
+    /// already, and [`Flag::Settling`], as a foot that has never walked may stand.
     #[must_use]
     pub const fn are_doubt(self) -> bool {
-        self.0 & !Flag::TimeGap.bit() != 0
+        self.0 & !(Flag::TimeGap.bit() | Flag::Settling.bit()) != 0
     }
 
     /// Whether the set is empty.
@@ -109,9 +116,10 @@ mod tests {
     }
 
     #[test]
-    fn every_flag_but_a_gap_is_doubt() {
+    fn every_flag_but_a_gap_and_settling_is_doubt() {
         for flag in Flag::ALL {
-            assert_eq!(Flags::NONE.with(flag).are_doubt(), flag != Flag::TimeGap);
+            let is_doubt = !matches!(flag, Flag::TimeGap | Flag::Settling);
+            assert_eq!(Flags::NONE.with(flag).are_doubt(), is_doubt);
         }
         assert!(!Flags::NONE.are_doubt());
     }

@@ -9,11 +9,6 @@
 //!
 //! so a window's probability is the mean of its samples' masses. See Maravgakis et al.,
 //! ICRA 2023, the equations of section III.
-//!
-//! Where δ itself is not known exactly, its edges are blurred: a sample within the blur has the
-//! share of its mass by which it is on the inner side. What blurs is known by its size and not by
-//! its shape, so the shape is the cheapest: a straight ramp with the standard deviation
-//! hypot(h, τδ) of noise and blur together, for a part τ of δ.
 
 use crate::erf::erf;
 
@@ -63,48 +58,29 @@ impl Mass {
     }
 }
 
-/// Half the length of a ramp in its standard deviations, √3.
-const RAMP_DEVIATIONS: f32 = 1.732_050_8;
-
 /// The kernel of one axis with everything that does not depend on the sample worked out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kernel {
-    edge: Edge,
+    half_width: f32,
+    /// 1/(h√2).
+    inverse_scale: f32,
     /// Up to this magnitude the mass is 1; negative where the kernel is wider than the interval.
     inner: f32,
     /// From this magnitude on the mass is 0.
     outer: f32,
 }
 
-/// What the mass does between inside and outside.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Edge {
-    /// The paper's kernel: δ, and 1/(h√2).
-    Gaussian(f32, f32),
-    /// 1/(outer − inner).
-    Ramp(f32),
-}
-
 impl Kernel {
     /// A kernel of standard deviation `bandwidth` (h), integrated over ±`half_width` (δ), both in
-    /// the unit of the axis, of which the latter is known to a part `tolerance` (τ) of itself; with
-    /// a tolerance of 0 it is the paper's. [`Params`](crate::Params) has checked that the first
-    /// two are positive and the last is not negative.
+    /// the unit of the axis. [`Params`](crate::Params) has checked that both are positive.
     #[must_use]
-    pub(crate) fn new(bandwidth: f32, half_width: f32, tolerance: f32) -> Self {
-        let blur = tolerance * half_width;
-        let (edge, reach) = if blur > 0.0 {
-            let reach = RAMP_DEVIATIONS * libm::sqrtf(bandwidth * bandwidth + blur * blur);
-            (Edge::Ramp(0.5 / reach), reach)
-        } else {
-            let inverse_scale = core::f32::consts::FRAC_1_SQRT_2 / bandwidth;
-            let edge = Edge::Gaussian(half_width, inverse_scale);
-            (edge, TAIL_BANDWIDTHS * bandwidth)
-        };
+    pub(crate) fn new(bandwidth: f32, half_width: f32) -> Self {
+        let tail = TAIL_BANDWIDTHS * bandwidth;
         Self {
-            edge,
-            inner: half_width - reach,
-            outer: half_width + reach,
+            half_width,
+            inverse_scale: core::f32::consts::FRAC_1_SQRT_2 / bandwidth,
+            inner: half_width - tail,
+            outer: half_width + tail,
         }
     }
 
@@ -120,15 +96,10 @@ impl Kernel {
         if magnitude <= self.inner {
             Mass::ONE
         } else if magnitude < self.outer {
-            match self.edge {
-                Edge::Gaussian(half_width, inverse_scale) => {
-                    // The mass is even in m, so the second argument is never negative.
-                    let near = erf((half_width - magnitude) * inverse_scale);
-                    let far = erf((half_width + magnitude) * inverse_scale);
-                    Mass::from_f32(0.5 * (near + far))
-                }
-                Edge::Ramp(slope) => Mass::from_f32((self.outer - magnitude) * slope),
-            }
+            // The mass is even in m, so the second argument is never negative.
+            let near = erf((self.half_width - magnitude) * self.inverse_scale);
+            let far = erf((self.half_width + magnitude) * self.inverse_scale);
+            Mass::from_f32(0.5 * (near + far))
         } else {
             Mass::ZERO
         }
@@ -161,7 +132,7 @@ mod tests {
     #[test]
     fn the_mass_is_within_its_error_bound_at_millions_of_points() {
         for (h, d) in KERNELS {
-            let kernel = Kernel::new(h, d, 0.0);
+            let kernel = Kernel::new(h, d);
             let edge = d + 7.0 * h;
             let points = 400_000;
             for i in 0..=points {
@@ -176,38 +147,8 @@ mod tests {
     }
 
     #[test]
-    fn a_half_width_that_is_not_exact_blurs_its_edge() {
-        // Of a standard deviation of 0.1, noise and blur together.
-        let kernel = Kernel::new(0.06, 0.4, 0.2);
-        let ends = [0.4 - 0.1 * RAMP_DEVIATIONS, 0.4 + 0.1 * RAMP_DEVIATIONS];
-        for (m, mass) in [
-            (0.0, 1.0),
-            (0.99 * ends[0], 1.0),
-            (-0.4, 0.5),
-            (0.5 * (0.4 + ends[1]), 0.25),
-            (1.01 * ends[1], 0.0),
-        ] {
-            let error = kernel.mass(m).to_f32() - mass;
-            assert!(error.abs() < 1.0e-6, "{m}: {error:e}");
-        }
-        let share = |m: f32| kernel.mass(m).to_f32();
-        let steps = 1_000;
-        let width = ends[1] - ends[0];
-        let moment = |power: i32| -> f64 {
-            let step = |i: i32| {
-                let edge = ends[0] + width * (i as f32 + 0.5) / steps as f32;
-                let density = share(edge - 1.0e-3) - share(edge + 1.0e-3);
-                f64::from(density) * f64::from(edge - 0.4).powi(power)
-            };
-            (0..steps).map(step).sum()
-        };
-        let deviation = (moment(2) / moment(0)).sqrt();
-        assert!((deviation - 0.1).abs() < 2.0e-3, "{deviation}");
-    }
-
-    #[test]
     fn the_tails_are_exactly_one_and_zero() {
-        let kernel = Kernel::new(0.024_67, 0.4, 0.0);
+        let kernel = Kernel::new(0.024_67, 0.4);
         for m in [0.0, 0.1, -0.2, 0.264] {
             assert_eq!(kernel.mass(m), Mass::ONE, "{m}");
         }
@@ -218,7 +159,7 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_has_no_mass() {
-        let kernel = Kernel::new(0.024_67, 0.4, 0.0);
+        let kernel = Kernel::new(0.024_67, 0.4);
         for m in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             assert_eq!(kernel.mass(m), Mass::ZERO);
         }
@@ -226,7 +167,7 @@ mod tests {
 
     #[test]
     fn the_mass_does_not_depend_on_the_sign_of_the_sample() {
-        let kernel = Kernel::new(0.016_53, 0.04, 0.0);
+        let kernel = Kernel::new(0.016_53, 0.04);
         for i in 0..10_000 {
             let m = i as f32 * 2e-5;
             assert_eq!(kernel.mass(m), kernel.mass(-m));

@@ -6,21 +6,19 @@
 //! |---|---|
 //! | six numbers in SI units, with their time and quality | [`sample`] |
 //! | orientation, so that gravity can be taken out, and gyro bias | [`attitude`], [`rest`] |
-//! | what gravity's removal leaves, learnt from quiet stances | [`residual`] |
-//! | how much of the sample's kernel lies within ±half-width | [`kernel`], with [`erf`](mod@erf) |
+//! | probability of stillness, with limits that the foot finds itself | [`stillness`], with [`erf`](mod@erf) and [`logarithm`] |
+//! | or, with half-widths that are set: how much of the sample's kernel lies within them | [`kernel`] |
 //! | the trailing window's masses and their exact sums | [`window`] |
-//! | the speed that a foot has picked up along the ground | [`slide`] |
 //! | probability per axis, tangential, vertical and in total | [`probability`] |
 //! | debounced decision, and the phase where the load is known | [`phase`] |
 //! | all of it behind one `update` | [`contact`] |
-//! | half-widths from a few steps on good ground | [`calibration`] |
 //!
 //! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
 //! Contact State Estimation for Legged Robots using Inertial Information*, ICRA 2023
 //! (arXiv:2303.00538), made causal.
 //!
 //! No allocation, no `unsafe`, no panic on any input. All arithmetic is f32 addition,
-//! multiplication, division and square root, never fused, and integers: the results have the
+//! multiplication and division, never fused, and integers: the results have the
 //! same bits on every machine that follows IEEE 754.
 //!
 //! ```
@@ -54,35 +52,36 @@ extern crate std;
 
 pub mod attitude;
 pub mod axis;
-pub mod calibration;
 pub mod contact;
 pub mod correction;
 pub mod erf;
 pub mod flag;
 pub mod kernel;
+pub mod logarithm;
+mod order;
 pub mod params;
 pub mod phase;
 pub mod probability;
-pub mod residual;
 pub mod rest;
+pub mod root;
 pub mod sample;
-pub mod slide;
+pub mod stillness;
 pub mod vector;
 pub mod window;
 
 pub use attitude::{AttitudeFilter, AttitudeParams, GyroTiming};
 pub use axis::{Axis, PerAxis};
-pub use calibration::{Calibrator, TooFewSteps};
 pub use contact::{ContactEstimate, ContactEstimator};
 pub use correction::AccelerometerCorrection;
 pub use flag::{Flag, Flags};
-pub use params::{Config, DecisionParams, Gravity, LoadParams, Params, ParamsError, WindowLength};
+pub use params::{
+    Config, DecisionParams, Gravity, LoadParams, Method, Params, ParamsError, WindowLength,
+};
 pub use phase::{Decision, Load, Phase};
 pub use probability::{DensityEstimator, Probabilities};
-pub use residual::Residual;
 pub use rest::RestParams;
 pub use sample::{
     AngularRate, ImuSample, LinearAcceleration, Saturation, SpecificForce, Timestamp, Validity,
 };
-pub use slide::SlideParams;
+pub use stillness::{Constants, Learning, Learnt, StillnessParams};
 pub use vector::{Quaternion, Vec3};

@@ -9,8 +9,7 @@ use crate::attitude::{AttitudeCoefficients, AttitudeParams};
 use crate::axis::PerAxis;
 use crate::kernel::Kernel;
 use crate::phase::PhaseCoefficients;
-use crate::residual::{Residual, ResidualFilter};
-use crate::slide::{SlideCoefficients, SlideParams};
+use crate::stillness::{Constants, Learning, Learnt, StillnessConfig};
 
 /// Standard gravity, m/s².
 pub const STANDARD_GRAVITY: f32 = 9.806_65;
@@ -27,6 +26,17 @@ pub enum Gravity {
     /// Something else has taken out gravity and bias already, as in simulator recordings:
     /// samples are used as they are.
     Removed,
+}
+
+/// Where the limits of stillness come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The foot finds them while it walks: see [`stillness`](crate::stillness).
+    #[default]
+    SelfCalibrating,
+    /// They are set, axis by axis, and a density is integrated between them over a window: the paper's
+    /// method, see [`probability`](crate::probability).
+    HalfWidths,
 }
 
 /// How far back the estimate looks.
@@ -65,26 +75,22 @@ pub struct Params {
     pub sample_rate: f32,
     /// Whether samples contain gravity.
     pub gravity: Gravity,
-    /// What becomes of the acceleration that quiet stances still show.
-    pub residual: Residual,
-    /// The window: at least one sample, at most the estimator's capacity.
+    /// Where the limits of stillness come from.
+    pub method: Method,
+    /// With [`Method::SelfCalibrating`]: whether the foot goes on learning.
+    pub learning: Learning,
+    /// With [`Method::SelfCalibrating`]: what it starts with, where it has been learnt before.
+    pub learnt: Option<Learnt>,
+    /// With [`Method::SelfCalibrating`]: its constants, the same for all feet.
+    pub stillness: Constants,
+    /// With [`Method::HalfWidths`]: the window, at least one sample, at most the estimator's capacity.
     pub window: WindowLength,
-    /// A second, shorter window, where there is one; an axis has the lower probability of the
-    /// two. As a duration it has at least [`SHORTEST_WINDOW`] samples, and where the long window
-    /// has no more than that, there is only the long one.
-    pub short_window: Option<WindowLength>,
-    /// The speed along the ground that counts as a slide; `None` looks at accelerations only.
-    pub slide: Option<SlideParams>,
-    /// Kernel standard deviation h per axis, m/s² and rad/s: the sensor's noise at its filter
-    /// setting. 1e-6 to 1e3.
+    /// With [`Method::HalfWidths`]: kernel standard deviation h per axis, m/s² and rad/s, the
+    /// sensor's noise at its filter setting. 1e-6 to 1e3.
     pub bandwidth: PerAxis<f32>,
-    /// Half-width δ per axis, m/s² and rad/s: motion within ±δ counts as rest. It belongs to a
-    /// robot and its controller and wants calibration. 1e-6 to 1e4.
+    /// With [`Method::HalfWidths`]: half-width δ per axis, m/s² and rad/s; motion within ±δ counts
+    /// as rest. It belongs to a robot and its controller. 1e-6 to 1e4.
     pub half_width: PerAxis<f32>,
-    /// How well half-widths are known, as a part of themselves: the edges of ±δ are blurred by a
-    /// standard deviation of so many half-widths. 0 to 1; 0 is the paper's sharp edge, and from 0.74
-    /// on not even a foot that does not move at all has P above 0.5.
-    pub tolerance: f32,
     /// The attitude filter.
     pub attitude: AttitudeParams,
     /// The debounced decision.
@@ -105,25 +111,23 @@ impl Params {
     /// | field | value | reason |
     /// |---|---|---|
     /// | `sample_rate` | 1 kHz | the firmware's tick |
-    /// | `residual` | removed | a running foot stands too briefly for the attitude filter: what is left of gravity adds up to a slide, in the simulated run in every third stance |
-    /// | `window` | 50 ms | the paper's 50 samples at the rate of its simulation; longer finds a landed foot later than after 60 ms |
-    /// | `short_window` | 10 ms | a fifth of it: a slip of the foot shows in half of its samples after 5 ms. Below that, single samples decide |
-    /// | `slide` | 5 mm/s over 70 ms | see [`SlideParams::DEFAULT`] |
+    /// | `method` | self-calibrating | half-widths belong to a robot, and differ by a factor of twenty between two of them |
+    /// | `stillness` | | see [`StillnessParams::DEFAULT`](crate::StillnessParams::DEFAULT) |
+    /// | `window` | 50 ms | the paper's 50 samples at the rate of its simulation |
     /// | `bandwidth` | 0.0196 m/s², 0.00122 rad/s | LSM6DSOX behind 333 and 335 Hz low-pass filters: 2.0 mg at ±16 g and 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz |
-    /// | `half_width` | 0.4 m/s², 0.04 rad/s | the paper's values for ATLAS, until the robot's own are calibrated |
-    /// | `tolerance` | 0.4 | the edge is a ramp from 0.3 to 1.7 half-widths: by such factors do the authors' half-widths differ from those that calibration finds on their recordings |
+    /// | `half_width` | 0.4 m/s², 0.04 rad/s | the paper's values for ATLAS |
     /// | `decision` | 0.5, 20 ms on, 0 ms off | what SERoW (P > 0.5) and Pronto (delays) use |
     /// | `load` | 12 N on, 6 N off | 10 % and 5 % of a GO1's weight of 12 kg |
     pub const DEFAULT: Self = Self {
         sample_rate: 1000.0,
         gravity: Gravity::Included,
-        residual: Residual::Removed,
+        method: Method::SelfCalibrating,
+        learning: Learning::On,
+        learnt: None,
+        stillness: Constants::DEFAULT,
         window: WindowLength::Duration(0.05),
-        short_window: Some(WindowLength::Duration(0.01)),
-        slide: Some(SlideParams::DEFAULT),
         bandwidth: PerAxis::by_sensor(2.0e-3 * STANDARD_GRAVITY, 0.070 * DEGREE),
         half_width: PerAxis::by_sensor(0.4, 0.04),
-        tolerance: 0.4,
         attitude: AttitudeParams::DEFAULT,
         decision: DecisionParams {
             threshold: 0.5,
@@ -142,13 +146,10 @@ impl Params {
     /// The load trigger is at 10 % and 5 % of the robot's weight of about 1.6 kN.
     pub const PAPER: Self = Self {
         gravity: Gravity::Removed,
-        residual: Residual::Kept,
+        method: Method::HalfWidths,
         window: WindowLength::Samples(50),
-        short_window: None,
-        slide: None,
         bandwidth: PerAxis::by_sensor(0.024_67, 0.016_53),
         half_width: PerAxis::by_sensor(0.4, 0.04),
-        tolerance: 0.0,
         load: LoadParams {
             on_threshold: 160.0,
             off_threshold: 80.0,
@@ -188,7 +189,6 @@ impl Params {
         in_range("sample_rate", self.sample_rate, 20.0, 10_000.0)?;
         per_axis_in_range(&BANDWIDTH_FIELDS, self.bandwidth, 1.0e-6, 1.0e3)?;
         per_axis_in_range(&HALF_WIDTH_FIELDS, self.half_width, 1.0e-6, 1.0e4)?;
-        in_range("tolerance", self.tolerance, 0.0, 1.0)?;
         in_range("decision.threshold", self.decision.threshold, 0.01, 0.99)?;
         in_range("decision.on_delay", self.decision.on_delay, 0.0, 10.0)?;
         in_range("decision.off_delay", self.decision.off_delay, 0.0, 10.0)?;
@@ -196,23 +196,18 @@ impl Params {
         // Hysteresis: what switches off lies no higher than what switches on.
         let (off, on) = (self.load.off_threshold, self.load.on_threshold);
         in_range("load.off_threshold", off, -1.0e9, on)?;
-        let kernel = |bandwidth, half_width| Kernel::new(bandwidth, half_width, self.tolerance);
         Ok(Config {
             gravity: self.gravity,
-            period_us: libm::roundf(1.0e6 / self.sample_rate) as u64,
+            period_us: u64::from(crate::root::rounded(1.0e6 / self.sample_rate)),
             window_length: self.window_samples::<CAPACITY>()?,
-            short_window_length: self.short_window_samples()?,
-            slide: match self.slide {
-                Some(slide) => slide.validate(self.sample_rate, self.half_width)?,
-                None => None,
-            },
-            residual: match (self.residual, self.gravity) {
-                (Residual::Removed, Gravity::Included) => {
-                    Some(ResidualFilter::new(self.sample_rate, self.half_width))
-                }
-                (Residual::Kept, _) | (_, Gravity::Removed) => None,
-            },
-            kernels: self.bandwidth.zip_with(self.half_width, kernel),
+            method: self.method,
+            stillness: StillnessConfig::new(
+                &self.stillness,
+                self.learning,
+                self.learnt,
+                self.sample_rate,
+            )?,
+            kernels: self.bandwidth.zip_with(self.half_width, Kernel::new),
             attitude: self.attitude.validate(self.sample_rate)?,
             phase: PhaseCoefficients {
                 threshold: self.decision.threshold,
@@ -228,7 +223,7 @@ impl Params {
         let samples = match self.window {
             WindowLength::Duration(seconds) => {
                 in_range("window", seconds, 1.0e-4, 1.0e3)?;
-                libm::roundf(seconds * self.sample_rate) as u32
+                crate::root::rounded(seconds * self.sample_rate)
             }
             WindowLength::Samples(samples) => samples,
         };
@@ -241,24 +236,7 @@ impl Params {
             })
         }
     }
-
-    /// 0 where there is no second window.
-    fn short_window_samples(&self) -> Result<usize, ParamsError> {
-        Ok(match self.short_window {
-            None => 0,
-            Some(WindowLength::Duration(seconds)) => {
-                in_range("short_window", seconds, 1.0e-4, 1.0e3)?;
-                let samples = libm::roundf(seconds * self.sample_rate) as usize;
-                samples.max(SHORTEST_WINDOW as usize)
-            }
-            Some(WindowLength::Samples(samples)) => samples as usize,
-        })
-    }
 }
-
-/// The fewest samples a shorter window that is given as a duration has: from fewer, one sample
-/// more or less decides, and a density is not to be had. At 100 Hz it is the window itself.
-pub const SHORTEST_WINDOW: u32 = 5;
 
 const BANDWIDTH_FIELDS: PerAxis<&str> = PerAxis {
     ax: "bandwidth.ax",
@@ -279,11 +257,17 @@ const HALF_WIDTH_FIELDS: PerAxis<&str> = PerAxis {
 };
 
 fn micros(seconds: f32) -> u64 {
-    libm::roundf(seconds * 1.0e6) as u64
+    u64::from(crate::root::rounded(seconds * 1.0e6))
+}
+
+/// The name of a field, for people. A foot has no use for it: on a microcontroller it is empty and
+/// takes no room.
+const fn name(field: &'static str) -> &'static str {
+    if cfg!(target_os = "none") { "" } else { field }
 }
 
 /// Accepts `min..=max`; a NaN lies in no range.
-pub(crate) fn in_range(
+pub(crate) const fn in_range(
     field: &'static str,
     value: f32,
     min: f32,
@@ -293,7 +277,7 @@ pub(crate) fn in_range(
         Ok(())
     } else {
         Err(ParamsError::OutOfRange {
-            field,
+            field: name(field),
             value,
             min,
             max,
@@ -320,9 +304,8 @@ pub struct Config<const CAPACITY: usize> {
     pub(crate) gravity: Gravity,
     pub(crate) period_us: u64,
     pub(crate) window_length: usize,
-    short_window_length: usize,
-    pub(crate) slide: Option<SlideCoefficients>,
-    pub(crate) residual: Option<ResidualFilter>,
+    pub(crate) method: Method,
+    pub(crate) stillness: StillnessConfig,
     pub(crate) kernels: PerAxis<Kernel>,
     pub(crate) attitude: AttitudeCoefficients,
     pub(crate) phase: PhaseCoefficients,
@@ -334,12 +317,6 @@ impl<const CAPACITY: usize> Config<CAPACITY> {
     pub const fn window_length(&self) -> usize {
         self.window_length
     }
-
-    /// Length of the second window in samples; it is one only if it is at least 1 and less than
-    /// [`Self::window_length`].
-    pub(crate) const fn short_window_length(&self) -> usize {
-        self.short_window_length
-    }
 }
 
 /// Why parameters were refused.
@@ -347,7 +324,7 @@ impl<const CAPACITY: usize> Config<CAPACITY> {
 pub enum ParamsError {
     /// A number is outside its range, or not a number.
     OutOfRange {
-        /// The field's path in [`Params`].
+        /// The field's path in [`Params`]; empty on a microcontroller, to save room.
         field: &'static str,
         /// What it was set to.
         value: f32,
@@ -388,6 +365,7 @@ impl core::error::Error for ParamsError {}
 mod tests {
     use super::*;
     use crate::attitude::GyroTiming;
+    use crate::stillness::Classes;
 
     fn field_refused(change: impl FnOnce(&mut Params)) -> &'static str {
         let mut params = Params::DEFAULT;
@@ -397,10 +375,6 @@ mod tests {
             Err(ParamsError::WindowLength { .. }) => "window",
             Ok(_) => "nothing",
         }
-    }
-
-    fn set_slide(params: &mut Params, set: impl FnOnce(&mut SlideParams)) {
-        set(params.slide.get_or_insert(SlideParams::DEFAULT));
     }
 
     #[test]
@@ -423,40 +397,24 @@ mod tests {
     }
 
     #[test]
-    fn a_short_window_keeps_enough_samples_to_say_something() {
-        for (rate, samples) in [(1000.0, 10), (500.0, 5), (100.0, 5)] {
-            let params = Params {
-                sample_rate: rate,
-                ..Params::DEFAULT
-            };
-            let config = params.validate::<256>().expect("valid");
-            assert_eq!(config.short_window_length, samples, "{rate} Hz");
-        }
-    }
-
-    #[test]
-    fn the_papers_presets_are_the_papers_method_and_no_more() {
+    fn the_papers_presets_are_the_papers_method_and_the_default_calibrates_itself() {
         for preset in [Params::PAPER, Params::PAPER_GO1] {
-            let config = preset.validate::<256>().expect("valid");
-            assert_eq!(config.short_window_length, 0);
-            assert!(config.slide.is_none() && config.residual.is_none());
-            let sharp = |h, half_width| Kernel::new(h, half_width, 0.0);
-            let sharp = preset.bandwidth.zip_with(preset.half_width, sharp);
-            assert_eq!(config.kernels, sharp);
+            assert_eq!(preset.method, Method::HalfWidths);
         }
+        assert_eq!(Params::DEFAULT.method, Method::SelfCalibrating);
+        assert_eq!(Params::DEFAULT.learnt, None);
     }
 
     #[test]
     fn a_number_out_of_its_range_is_refused_with_the_name_of_its_field() {
         type Set = fn(&mut Params, f32);
         // Each field with a value that is just too small and one that is just too large.
-        let fields: [(&str, Set, f32, f32); 22] = [
+        let fields: [(&str, Set, f32, f32); 20] = [
             ("sample_rate", |p, v| p.sample_rate = v, 19.9, 10_001.0),
             ("bandwidth.ax", |p, v| p.bandwidth.ax = v, 0.9e-6, 1.1e3),
             ("bandwidth.wz", |p, v| p.bandwidth.wz = v, 0.9e-6, 1.1e3),
             ("half_width.ay", |p, v| p.half_width.ay = v, 0.9e-6, 1.1e4),
             ("half_width.wx", |p, v| p.half_width.wx = v, -0.04, 1.1e4),
-            ("tolerance", |p, v| p.tolerance = v, -0.01, 1.01),
             (
                 "decision.threshold",
                 |p, v| p.decision.threshold = v,
@@ -488,22 +446,29 @@ mod tests {
                 12.1,
             ),
             (
-                "short_window",
-                |p, v| p.short_window = Some(WindowLength::Duration(v)),
-                0.9e-4,
-                1.1e3,
+                "learnt.rate.width",
+                |p, v| {
+                    p.learnt = Some(Learnt {
+                        rate: Classes {
+                            width: v,
+                            ..Classes::default()
+                        },
+                        ..Learnt::default()
+                    });
+                },
+                -0.1,
+                10.0,
             ),
             (
-                "slide.speed",
-                |p, v| set_slide(p, |slide| slide.speed = v),
-                0.9e-6,
+                "learnt.moving_seconds",
+                |p, v| {
+                    p.learnt = Some(Learnt {
+                        moving_seconds: v,
+                        ..Learnt::default()
+                    });
+                },
+                -0.1,
                 1.1e3,
-            ),
-            (
-                "slide.time_constant",
-                |p, v| set_slide(p, |slide| slide.time_constant = v),
-                0.9e-3,
-                10.1,
             ),
             (
                 "attitude.gyro_timing",

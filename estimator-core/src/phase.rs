@@ -233,7 +233,8 @@ mod tests {
 
     #[test]
     fn doubt_ends_a_stable_decision_at_once() {
-        for flag in Flag::ALL.into_iter().filter(|flag| *flag != Flag::TimeGap) {
+        let doubts = |flag: &Flag| Flags::NONE.with(*flag).are_doubt();
+        for flag in Flag::ALL.into_iter().filter(doubts) {
             let mut tracker = tracker();
             for ms in 0..30 {
                 tracker.update(Timestamp::from_micros(ms * 1000), 0.9, Flags::NONE, None);
@@ -309,7 +310,7 @@ mod tests {
             let flags = Flags::NONE.with(flag);
             let (_, phase) = tracker.update(Timestamp::from_micros(1_000), 0.0, flags, load);
             let expected = match flag {
-                Flag::Saturated | Flag::TimeGap => Phase::Slip,
+                Flag::Saturated | Flag::TimeGap | Flag::Settling => Phase::Slip,
                 _ => Phase::Unknown,
             };
             assert_eq!(phase, expected, "{flag:?}");

@@ -1,30 +1,68 @@
-//! From motion to probability: six kernels, one or two windows, and the paper's three products.
+//! The paper's method, from motion to probability: six kernels, a window, and three products.
+//!
+//! Its limits are set, axis by axis ([`Method::HalfWidths`](crate::Method)); where the foot finds them
+//! itself, it is [`stillness`](crate::stillness) that estimates.
 
 use crate::axis::PerAxis;
 use crate::kernel::{Kernel, Mass};
+use crate::order::Order;
 use crate::params::Config;
 use crate::sample::{AngularRate, LinearAcceleration};
-use crate::slide::Slide;
 use crate::window::{AnyRing, Filling, Ring, Window};
 
 /// How probable it is that the foot is in stable contact, and along which axes. Every value is
 /// a number in [0, 1].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Probabilities {
-    /// Probability per axis that its true value lies within ±half-width (the paper's P(|m| < δ)).
-    /// Where there are several witnesses, the least favourable: the longer window, the shorter
-    /// one ([`Params::short_window`](crate::Params::short_window)), and along the ground the
-    /// speed picked up ([`Params::slide`](crate::Params::slide)).
+    /// Probability per axis that the foot does not move along or about it: with half-widths that its
+    /// true value lies within ±half-width (the paper's P(|m| < δ)), otherwise what the classes say of
+    /// what this axis alone sees.
     pub axes: PerAxis<f32>,
-    /// No motion along the ground: P(ax)·P(ay)·P(ωz), the paper's conditions on `v_x`, `v_y` and `ω_z`.
+    /// No motion along the ground, the paper's conditions on `v_x`, `v_y` and `ω_z`: with half-widths
+    /// P(ax)·P(ay)·P(ωz), otherwise what the classes say of the motion across up and the turn about it.
     pub tangential: f32,
-    /// No lifting and no tilting: P(az)·P(ωx)·P(ωy), the paper's conditions on `v_z`, `ω_x` and `ω_y`.
+    /// No lifting and no tilting, the paper's conditions on `v_z`, `ω_x` and `ω_y`: with half-widths
+    /// P(az)·P(ωx)·P(ωy), otherwise what the classes say of the motion along up and the turn across it.
     pub vertical: f32,
-    /// Stable contact: the product of all six axes.
+    /// Stable contact: with half-widths the product of all six axes, otherwise what the classes say of
+    /// the whole motion; never above any of the others.
     pub stable: f32,
 }
 
 impl Probabilities {
+    /// Each no higher than in `others`.
+    #[must_use]
+    pub(crate) fn no_higher_than(&self, others: &Self) -> Self {
+        let mut all = self.to_array();
+        for (p, most) in all.iter_mut().zip(others.to_array()) {
+            *p = p.lesser(most);
+        }
+        Self::from_array(all)
+    }
+
+    /// Each a share of itself.
+    #[must_use]
+    pub(crate) fn scaled(&self, share: f32) -> Self {
+        Self::from_array(self.to_array().map(|p| p * share))
+    }
+
+    /// As an array, the axes first.
+    const fn to_array(self) -> [f32; 9] {
+        let [ax, ay, az, wx, wy, wz] = self.axes.to_array();
+        let (tangential, vertical, stable) = (self.tangential, self.vertical, self.stable);
+        [ax, ay, az, wx, wy, wz, tangential, vertical, stable]
+    }
+
+    const fn from_array(all: [f32; 9]) -> Self {
+        let [ax, ay, az, wx, wy, wz, tangential, vertical, stable] = all;
+        Self {
+            axes: PerAxis::from_array([ax, ay, az, wx, wy, wz]),
+            tangential,
+            vertical,
+            stable,
+        }
+    }
+
     fn from_axes(axes: PerAxis<f32>) -> Self {
         let tangential = axes.ax * axes.ay * axes.wz;
         let vertical = axes.az * axes.wx * axes.wy;
@@ -38,7 +76,7 @@ impl Probabilities {
 }
 
 /// The kernel density estimate of the paper, causal and in closed form: the window's masses and
-/// their mean, and what else may testify against an axis. It has room for `CAPACITY` samples.
+/// their mean. It has room for `CAPACITY` samples.
 #[derive(Clone, Debug)]
 pub struct DensityEstimator<const CAPACITY: usize>(Density<Ring<CAPACITY>>);
 
@@ -61,15 +99,14 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         density.push(acceleration, angular_rate)
     }
 
-    /// Takes in a sample that cannot be believed: mass 0 on every axis. It adds nothing to the
-    /// speed.
+    /// Takes in a sample that cannot be believed: mass 0 on every axis.
     #[inline]
     pub fn push_doubt(&mut self) -> Probabilities {
         let density: &mut Density<AnyRing> = &mut self.0;
         density.push_doubt()
     }
 
-    /// What the windows and the speed say now. 0 where there is no sample.
+    /// What the window says now. 0 where there is no sample.
     #[must_use]
     pub fn probabilities(&self) -> Probabilities {
         let density: &Density<AnyRing> = &self.0;
@@ -81,9 +118,6 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
 #[derive(Clone, Debug)]
 pub(crate) struct Density<R: ?Sized> {
     kernels: PerAxis<Kernel>,
-    slide: Option<Slide>,
-    /// Every axis at rest, according to the shortest window alone.
-    newest: f32,
     window: Window<R>,
 }
 
@@ -91,9 +125,7 @@ impl<const CAPACITY: usize> Density<Ring<CAPACITY>> {
     pub(crate) fn new(config: &Config<CAPACITY>) -> Self {
         Self {
             kernels: config.kernels,
-            slide: config.slide.map(Slide::new),
-            newest: 0.0,
-            window: Window::new(config.window_length()).with_newest(config.short_window_length()),
+            window: Window::new(config.window_length()),
         }
     }
 }
@@ -114,60 +146,23 @@ impl Density<AnyRing> {
             wy: self.kernels.wy.mass(w.y),
             wz: self.kernels.wz.mass(w.z),
         });
-        if let Some(slide) = &mut self.slide {
-            slide.push(acceleration);
-        }
-        self.testify()
+        self.probabilities()
     }
 
     /// See [`DensityEstimator::push_doubt`].
     pub(crate) fn push_doubt(&mut self) -> Probabilities {
         self.window.push(PerAxis::splat(Mass::ZERO));
-        self.testify()
-    }
-
-    /// Hears what the windows and the speed say now, and remembers whether the foot is quiet.
-    #[inline]
-    fn testify(&mut self) -> Probabilities {
-        let whole = self.window.mean();
-        let (axes, newest) = match self.window.mean_of_newest() {
-            Some(newest) => (whole.zip_with(newest, lower), newest),
-            None => (whole, whole),
-        };
-        self.newest = Probabilities::from_axes(newest).stable;
-        Probabilities::from_axes(self.with_slide(axes))
-    }
-
-    #[inline]
-    fn with_slide(&self, mut axes: PerAxis<f32>) -> PerAxis<f32> {
-        if let Some(slide) = &self.slide {
-            let (x, y) = slide.probabilities();
-            axes.ax = lower(axes.ax, x);
-            axes.ay = lower(axes.ay, y);
-        }
-        axes
+        self.probabilities()
     }
 
     /// See [`DensityEstimator::probabilities`].
     pub(crate) fn probabilities(&self) -> Probabilities {
-        let whole = self.window.mean();
-        let newest = self.window.mean_of_newest().unwrap_or(whole);
-        Probabilities::from_axes(self.with_slide(whole.zip_with(newest, lower)))
+        Probabilities::from_axes(self.window.mean())
     }
 
     /// Forgets every sample: the probabilities are 0 until the next.
     pub(crate) fn clear(&mut self) {
         self.window.clear();
-        if let Some(slide) = &mut self.slide {
-            slide.clear();
-        }
-        self.newest = 0.0;
-    }
-
-    /// Whether the shortest window finds it more probable than not that every axis is at rest.
-    #[inline]
-    pub(crate) fn is_quiet(&self) -> bool {
-        self.newest >= QUIET
     }
 
     /// Length of the window in samples.
@@ -179,13 +174,4 @@ impl Density<AnyRing> {
     pub(crate) const fn filling(&self) -> Filling {
         self.window.filling()
     }
-}
-
-/// More probable than not.
-const QUIET: f32 = 0.5;
-
-/// Neither is NaN.
-#[inline]
-fn lower(a: f32, b: f32) -> f32 {
-    if b < a { b } else { a }
 }

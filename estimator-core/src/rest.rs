@@ -12,8 +12,13 @@
 //! What is left is a steady turn about the vertical: one slower than the gate, and one that lasts
 //! for minutes and twice as long as all rest before it. It costs heading, which is not observed
 //! anyway, and not inclination.
+//!
+//! At the first rest after power-up nothing is known, and what the gyroscope shows is believed up
+//! to [`RestParams::bias_limit`]. More than that is rather a turn, but one that stays the same for
+//! minutes is a bias after all.
 
 use crate::attitude::{Continuity, Step};
+use crate::order::Order;
 use crate::params::{DEGREE, ParamsError, in_range};
 use crate::vector::Vec3;
 
@@ -46,19 +51,44 @@ const LEAST_CONTRADICTION: f32 = 240.0;
 /// an f32 can count up to in steps of 0.1 ms.
 const LONGEST_KNOWN: f32 = 900.0;
 
+/// A bias of up to this much on each axis is usual, rad/s: twice the LSM6DSOX's typical zero-rate
+/// level.
+const USUAL: f32 = 2.0 * DEGREE;
+
+/// An unusual bias may be a turn at power-up: rest that contradicts it must last only this long, s,
+/// if that is twice as long as the rest that it rests on.
+const LEAST_CONTRADICTION_OF_UNUSUAL: f32 = 20.0;
+
+/// A rate of more than the limit, but not more than this many times the limit, is taken for a bias
+/// once it has been the same for as long as would contradict a known bias.
+const BEYOND_LIMIT: f32 = 4.0;
+
 /// How much rest makes a bias known, s.
 const KNOWN_AFTER: f32 = 0.5;
+
+/// A foot that has not moved since the first sample is at rest after this long, s: no stance begins
+/// so. Until the bias is known it tilts what is taken for up, by a degree in half a second.
+const REST_FROM_THE_START: f32 = 0.5;
+
+/// Whether the sensor has moved since the first sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Beginning {
+    Still,
+    Over,
+}
 
 /// What can be set in rest detection and bias estimation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParams {
-    /// How long the sensor must be still before it counts as rest, s; 0.1 to 100.
+    /// How long the sensor must be still before it counts as rest, s; 0.1 to 100. From the first sample
+    /// on, half a second is enough.
     pub duration: f32,
     /// Largest deviation of the acceleration from its mean at rest, m/s²; 0.001 to 10.
     pub acceleration: f32,
     /// Largest deviation of the angular rate from its mean at rest, rad/s; 0.0001 to 1.
     pub rate: f32,
-    /// Largest bias per axis that is believed, rad/s; 0 (bias is not estimated) to 1.
+    /// Largest bias per axis that is believed at the first rest, rad/s; 0 (bias is not estimated)
+    /// to 1. Up to four times as much is believed after four minutes of rest.
     pub bias_limit: f32,
     /// Time constant of the bias estimate at rest, s; 0.1 to 1000.
     pub bias_time_constant: f32,
@@ -73,16 +103,16 @@ impl Default for RestParams {
 impl RestParams {
     /// | field | value | reason |
     /// |---|---|---|
-    /// | `duration` | 1.5 s | longer than a stance, so that walking never counts (as VQF) |
+    /// | `duration` | 1.5 s | longer than a stance, so that walking never counts (as VQF); half a second is enough for a sensor that has not moved since the start |
     /// | `acceleration` | 0.5 m/s² | as VQF |
     /// | `rate` | 2 °/s | as VQF; thirty times the sensor's noise |
-    /// | `bias_limit` | 2 °/s | as VQF; twice the LSM6DSOX's typical zero-rate level |
+    /// | `bias_limit` | 6 °/s | the LSM6DSOX's typical zero-rate level of 1 °/s and 5 °/s more, which other parts may have |
     /// | `bias_time_constant` | 4 s | averages the noise to 0.002 °/s, follows temperature |
     pub const DEFAULT: Self = Self {
         duration: 1.5,
         acceleration: 0.5,
         rate: 2.0 * DEGREE,
-        bias_limit: 2.0 * DEGREE,
+        bias_limit: 6.0 * DEGREE,
         bias_time_constant: 4.0,
     };
 
@@ -104,20 +134,30 @@ impl RestParams {
         )?;
         Ok(RestCoefficients {
             duration: self.duration,
-            acceleration_squared: self.acceleration * self.acceleration,
-            rate_squared: self.rate * self.rate,
+            stillness: Stillness {
+                acceleration_squared: self.acceleration * self.acceleration,
+                rate_squared: self.rate * self.rate,
+            },
             bias_limit: self.bias_limit,
             bias_time_constant: self.bias_time_constant,
         })
     }
 }
 
+/// Limits of stillness.
+#[derive(Clone, Copy, Debug)]
+struct Stillness {
+    /// Largest deviation of the acceleration from its mean, squared, (m/s²)².
+    acceleration_squared: f32,
+    /// Largest deviation of the angular rate from its mean, squared, (rad/s)².
+    rate_squared: f32,
+}
+
 /// Validated [`RestParams`] in the form the estimator computes with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RestCoefficients {
     duration: f32,
-    acceleration_squared: f32,
-    rate_squared: f32,
+    stillness: Stillness,
     bias_limit: f32,
     bias_time_constant: f32,
 }
@@ -142,6 +182,7 @@ pub(crate) struct BiasEstimator {
     /// What the gate has opened by, rad/s.
     opening: f32,
     bias: Vec3,
+    beginning: Beginning,
 }
 
 impl BiasEstimator {
@@ -157,6 +198,7 @@ impl BiasEstimator {
             contradicted: 0.0,
             opening: 0.0,
             bias: Vec3::ZERO,
+            beginning: Beginning::Still,
         }
     }
 
@@ -168,28 +210,38 @@ impl BiasEstimator {
 
     /// Takes in a sample: specific force in m/s² and angular rate in rad/s, sensor frame.
     pub(crate) fn update(&mut self, force: Vec3, rate: Vec3, step: Step) {
-        let limits = self.coefficients;
+        let RestCoefficients {
+            duration,
+            stillness,
+            bias_limit,
+            ..
+        } = self.coefficients;
         let dt = step.seconds;
         let (force_deviation, rate_deviation) = (force - self.mean_force, rate - self.mean_rate);
         let gain = dt / (MEAN_TIME_CONSTANT + dt);
         self.mean_force += force_deviation * gain;
         self.mean_rate += rate_deviation * gain;
 
-        self.opening = (self.opening + GATE_GROWTH * dt).min(LARGEST_OPENING);
+        self.opening = (self.opening + GATE_GROWTH * dt).lesser(LARGEST_OPENING);
         let still = step.continuity == Continuity::Continuous
-            && force_deviation.dot(force_deviation) <= limits.acceleration_squared
-            && rate_deviation.dot(rate_deviation) <= limits.rate_squared
-            && self.mean_rate.is_within(limits.bias_limit)
+            && force_deviation.dot(force_deviation) <= stillness.acceleration_squared
+            && rate_deviation.dot(rate_deviation) <= stillness.rate_squared
+            && self.mean_rate.is_within(BEYOND_LIMIT * bias_limit)
             && !self.sways();
         if !still {
+            self.beginning = Beginning::Over;
             self.still = 0.0;
             return;
         }
-        self.still = (self.still + dt).min(limits.duration);
+        self.still = (self.still + dt).lesser(duration);
         if self.still < MEAN_TIME_CONSTANT {
             self.first_force = self.mean_force;
         }
-        if self.still >= limits.duration {
+        let least = match self.beginning {
+            Beginning::Still => duration.lesser(REST_FROM_THE_START),
+            Beginning::Over => duration,
+        };
+        if self.still >= least {
             self.learn(dt);
         }
     }
@@ -205,17 +257,24 @@ impl BiasEstimator {
         let error = self.mean_rate - self.bias;
         let distance_squared = error.dot(error);
         let gate = GATE + self.opening;
-        if self.learnt > KNOWN_AFTER && distance_squared >= gate * gate {
+        let believable = self.mean_rate.is_within(self.coefficients.bias_limit);
+        let contradicts = self.learnt > KNOWN_AFTER && distance_squared >= gate * gate;
+        if contradicts || (self.learnt == 0.0 && !believable) {
+            let least = if contradicts && believable && !self.bias.is_within(USUAL) {
+                LEAST_CONTRADICTION_OF_UNUSUAL
+            } else {
+                LEAST_CONTRADICTION
+            };
             self.contradicted += dt;
-            if self.contradicted < (CONTRADICTION * self.known).max(LEAST_CONTRADICTION) {
+            if self.contradicted < (CONTRADICTION * self.known).greater(least) {
                 return;
             }
             self.learnt = 0.0;
             self.known = 0.0;
         }
         self.contradicted = 0.0;
-        self.learnt = (self.learnt + dt).min(self.coefficients.bias_time_constant);
-        self.known = (self.known + dt).min(LONGEST_KNOWN);
+        self.learnt = (self.learnt + dt).lesser(self.coefficients.bias_time_constant);
+        self.known = (self.known + dt).lesser(LONGEST_KNOWN);
         self.bias += error * (dt / self.learnt);
         if distance_squared < GATE * GATE {
             self.opening = 0.0;
@@ -265,7 +324,26 @@ mod tests {
 
     #[test]
     fn nothing_is_learnt_before_rest_has_lasted() {
-        assert_near(feed(&mut estimator(), 0.5, 1.4), 0.0, 0.0);
+        let mut estimator = estimator();
+        assert_near(feed(&mut estimator, 0.5, 0.49), 0.0, 0.0);
+        jolt(&mut estimator);
+        assert_near(feed(&mut estimator, 0.5, 1.4), 0.0, 0.0);
+    }
+
+    #[test]
+    fn a_sensor_that_lies_still_from_the_start_has_its_bias_after_half_a_second() {
+        let mut estimator = estimator();
+        estimator.start(UP, Vec3::new(5.0 * DEGREE, 0.0, 0.0));
+        assert_near(feed(&mut estimator, 5.0, 0.55), 5.0, 0.1);
+    }
+
+    /// A sample of a foot that is moved.
+    fn jolt(estimator: &mut BiasEstimator) {
+        let step = Step {
+            seconds: DT,
+            continuity: Continuity::Continuous,
+        };
+        estimator.update(UP * 1.5, Vec3::new(0.5 * DEGREE, 0.0, 0.0), step);
     }
 
     #[test]
@@ -283,8 +361,46 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_beyond_the_limit_is_a_turn_and_no_bias() {
-        assert_near(feed(&mut estimator(), 2.5, 60.0), 0.0, 0.0);
+    fn at_the_first_rest_a_bias_of_five_degrees_per_second_is_believed() {
+        assert_near(feed(&mut estimator(), 5.0, 6.0), 5.0, 0.1);
+    }
+
+    #[test]
+    fn a_rate_beyond_the_limit_is_a_turn_and_no_bias_until_it_has_lasted_for_minutes() {
+        let mut estimator = estimator();
+        assert_near(feed(&mut estimator, 8.0, 230.0), 0.0, 0.0);
+        assert_near(feed(&mut estimator, 8.0, 20.0), 8.0, 0.02);
+        // And then it is a bias like any other.
+        assert_near(feed(&mut estimator, 8.1, 60.0), 8.1, 0.02);
+    }
+
+    #[test]
+    fn no_rate_is_a_bias_that_is_four_times_the_limit() {
+        assert_near(feed(&mut estimator(), 25.0, 600.0), 0.0, 0.0);
+    }
+
+    #[test]
+    fn a_limit_of_zero_keeps_the_bias_from_being_estimated() {
+        let params = RestParams {
+            bias_limit: 0.0,
+            ..RestParams::DEFAULT
+        };
+        let mut estimator = BiasEstimator::new(params.validate().expect("valid"));
+        assert_near(feed(&mut estimator, 0.5, 600.0), 0.0, 0.0);
+    }
+
+    #[test]
+    fn an_unusual_bias_that_was_a_turn_at_power_up_is_put_right_within_half_a_minute_of_rest() {
+        let mut estimator = estimator();
+        feed(&mut estimator, 4.5, 5.0);
+        assert_near(feed(&mut estimator, 0.5, 30.0), 0.5, 0.02);
+    }
+
+    #[test]
+    fn an_unusual_bias_that_is_known_for_a_minute_outlasts_a_turn_of_a_minute() {
+        let mut estimator = estimator();
+        feed(&mut estimator, 4.0, 60.0);
+        assert_near(feed(&mut estimator, 3.0, 60.0), 4.0, 0.05);
     }
 
     #[test]

@@ -48,7 +48,7 @@ impl Vec3 {
     #[inline]
     #[must_use]
     pub fn length(self) -> f32 {
-        libm::sqrtf(self.dot(self))
+        crate::root::sqrt(self.dot(self))
     }
 
     /// Whether every component is a number of magnitude at most `limit`.
@@ -146,7 +146,7 @@ impl Quaternion {
             horizontal2 / (1.0 - unit.z)
         };
         // Half-angle formula for the rotation from `unit` to +z.
-        let twice_w = libm::sqrtf(2.0 * one_plus_z);
+        let twice_w = crate::root::sqrt(2.0 * one_plus_z);
         if twice_w > 1.0e-6 {
             let inverse = 1.0 / twice_w;
             Some(
@@ -239,7 +239,7 @@ impl Quaternion {
     /// Unit length, from any length; the identity where there is none.
     #[must_use]
     pub fn normalised(self) -> Self {
-        let length = libm::sqrtf(self.norm_squared());
+        let length = crate::root::sqrt(self.norm_squared());
         if length > f32::MIN_POSITIVE && length <= f32::MAX {
             self.scaled(1.0 / length)
         } else {

@@ -7,20 +7,16 @@
 //! The sums do not depend on how much room the ring has, so there is one machine code for rings of
 //! all sizes: the ring comes last and is seen as a slice. It is optimised as this crate is, whatever
 //! the crate that chose the size.
-//!
-//! A second, shorter window reads the same ring: it forgets a landing and notices a slip in a
-//! fraction of the time, where the long one knows better whether a foot has come to rest.
 
 use crate::axis::PerAxis;
 use crate::kernel::Mass;
 
 /// The last *n* samples' masses on all six axes, 1 ≤ n ≤ the room in the ring, with *n* chosen at
-/// run time, and the sums over all of them and over the newest few. Made as a `Window<Ring<N>>`, used
+/// run time, and the sums over all of them. Made as a `Window<Ring<N>>`, used
 /// as a `Window<AnyRing>`, which a reference to it turns into.
 #[derive(Clone, Debug)]
 pub struct Window<R: ?Sized> {
     whole: Trailing,
-    newest: Option<Trailing>,
     next: usize,
     ring: R,
 }
@@ -37,8 +33,6 @@ struct Trailing {
     sum: PerAxis<u64>,
     length: usize,
     filled: usize,
-    /// What a full window's sum is multiplied by for the mean.
-    inverse: f32,
 }
 
 impl Trailing {
@@ -47,7 +41,6 @@ impl Trailing {
             sum: PerAxis::splat(0),
             length,
             filled: 0,
-            inverse: 1.0 / (length as f32 * Mass::ONE.steps() as f32),
         }
     }
 
@@ -70,16 +63,6 @@ impl Trailing {
         change(&mut self.sum.wx, masses.wx, oldest.wx);
         change(&mut self.sum.wy, masses.wy, oldest.wy);
         change(&mut self.sum.wz, masses.wz, oldest.wz);
-    }
-
-    /// [`Self::mean`] within two roundings, without divisions where the window is full.
-    #[inline]
-    fn quick_mean(&self) -> PerAxis<f32> {
-        if self.filled == self.length {
-            self.sum.map(|sum| nearest(sum) * self.inverse)
-        } else {
-            self.mean()
-        }
     }
 
     #[inline]
@@ -113,18 +96,8 @@ impl<const CAPACITY: usize> Window<Ring<CAPACITY>> {
         Self {
             ring: [PerAxis::splat(Mass::ZERO); CAPACITY],
             whole: Trailing::new(length.clamp(1, CAPACITY)),
-            newest: None,
             next: 0,
         }
-    }
-
-    /// The same, with a second window over the newest `length` samples. Without effect where that
-    /// is none, or all.
-    #[must_use]
-    pub fn with_newest(mut self, length: usize) -> Self {
-        let shorter = (1..self.whole.length).contains(&length);
-        self.newest = shorter.then_some(Trailing::new(length));
-        self
     }
 }
 
@@ -132,16 +105,6 @@ impl Window<AnyRing> {
     /// Takes in the newest sample's masses and, where the window is full, lets go of the oldest.
     #[inline]
     pub fn push(&mut self, masses: PerAxis<Mass>) {
-        if let Some(newest) = &mut self.newest {
-            // Both numbers are at most the length of the whole.
-            let place = match self.next.checked_sub(newest.length) {
-                Some(place) => place,
-                None => self.next + self.whole.length - newest.length,
-            };
-            if let Some(leaving) = self.ring.get(place) {
-                newest.push(&masses, leaving);
-            }
-        }
         // `next` stays below `length`, which the ring has room for: the slot is always there.
         let Some(slot) = self.ring.get_mut(self.next) else {
             return;
@@ -162,17 +125,9 @@ impl Window<AnyRing> {
         self.whole.mean()
     }
 
-    /// The same over the newest samples; `None` where there is but one window.
-    #[inline]
-    #[must_use]
-    pub fn mean_of_newest(&self) -> Option<PerAxis<f32>> {
-        self.newest.as_ref().map(Trailing::quick_mean)
-    }
-
     /// Forgets every sample. O(1): what lies in the ring is never read again.
     pub fn clear(&mut self) {
         self.whole = Trailing::new(self.whole.length);
-        self.newest = self.newest.map(|newest| Trailing::new(newest.length));
         self.next = 0;
     }
 
@@ -210,11 +165,11 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec;
 
-    fn window<const CAPACITY: usize>(length: usize, newest: usize) -> Box<Window<AnyRing>> {
-        Box::new(Window::<Ring<CAPACITY>>::new(length).with_newest(newest))
+    fn window<const CAPACITY: usize>(length: usize) -> Box<Window<AnyRing>> {
+        Box::new(Window::<Ring<CAPACITY>>::new(length))
     }
 
-    /// What a running sum must be, added up anew.
+    /// What a running sum must be, added up again.
     fn sum_of(masses: &[PerAxis<Mass>]) -> PerAxis<u64> {
         masses.iter().fold(PerAxis::splat(0), |sum, masses| {
             sum.zip_with(*masses, |sum, mass| sum + u64::from(mass.steps()))
@@ -227,12 +182,12 @@ mod tests {
 
     #[test]
     fn an_empty_window_has_probability_zero() {
-        assert_eq!(window::<4>(4, 0).mean(), PerAxis::splat(0.0));
+        assert_eq!(window::<4>(4).mean(), PerAxis::splat(0.0));
     }
 
     #[test]
     fn until_it_is_full_the_mean_is_over_the_samples_so_far() {
-        let mut window = window::<4>(4, 0);
+        let mut window = window::<4>(4);
         window.push(masses(1.0));
         assert_eq!(window.mean().ax, 1.0);
         window.push(masses(0.0));
@@ -247,7 +202,7 @@ mod tests {
 
     #[test]
     fn the_oldest_sample_leaves_when_a_new_one_comes() {
-        let mut window = window::<8>(2, 0);
+        let mut window = window::<8>(2);
         for mass in [1.0, 0.0, 0.0] {
             window.push(masses(mass));
         }
@@ -255,32 +210,15 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_samples_have_a_mean_of_their_own() {
-        let mut window = window::<8>(6, 2);
-        for mass in [1.0, 1.0, 1.0, 0.0, 0.5, 0.0] {
-            window.push(masses(mass));
-        }
-        assert_eq!(window.mean_of_newest(), Some(PerAxis::splat(0.25)));
-    }
-
-    #[test]
-    fn a_second_window_of_no_sample_or_of_all_is_none() {
-        for length in [0, 4, 5] {
-            let window = window::<8>(4, length);
-            assert_eq!(window.mean_of_newest(), None, "{length}");
-        }
-    }
-
-    #[test]
     fn a_length_outside_the_capacity_is_limited_to_it() {
-        assert_eq!(window::<8>(0, 0).length(), 1);
-        assert_eq!(window::<8>(9, 0).length(), 8);
+        assert_eq!(window::<8>(0).length(), 1);
+        assert_eq!(window::<8>(9).length(), 8);
     }
 
     #[test]
     fn a_window_full_of_certainty_has_probability_exactly_one_at_every_length() {
         for length in 1..=300 {
-            let mut window = window::<300>(length, 0);
+            let mut window = window::<300>(length);
             for _ in 0..length {
                 window.push(masses(1.0));
             }
@@ -292,11 +230,10 @@ mod tests {
         #[test]
         fn the_running_sums_are_those_of_the_newest_samples_after_any_history(
             length in 1_usize..=64,
-            newest in 0_usize..=64,
             history in prop::collection::vec(prop::array::uniform6(0.0_f32..=1.0), 0..2_000),
             clear_at in 0_usize..2_000,
         ) {
-            let mut window = window::<64>(length, newest);
+            let mut window = window::<64>(length);
             let mut since_clear = Vec::new();
             for (i, mass) in history.iter().enumerate() {
                 if i == clear_at {
@@ -306,15 +243,9 @@ mod tests {
                 let masses = PerAxis::from_array(*mass).map(Mass::from_f32);
                 window.push(masses);
                 since_clear.push(masses);
-                for trailing in [Some(window.whole), window.newest].into_iter().flatten() {
-                    let held = since_clear.len().min(trailing.length);
-                    prop_assert_eq!(trailing.filled, held);
-                    prop_assert_eq!(trailing.sum, sum_of(&since_clear[since_clear.len() - held..]));
-                    let means = trailing.quick_mean().zip_with(trailing.mean(), |q, m| (q, m));
-                    for (quick, mean) in means.to_array() {
-                        prop_assert!(quick <= 1.0 && (quick - mean).abs() <= 2.0 * f32::EPSILON * mean);
-                    }
-                }
+                let held = since_clear.len().min(length);
+                prop_assert_eq!(window.whole.filled, held);
+                prop_assert_eq!(window.whole.sum, sum_of(&since_clear[since_clear.len() - held..]));
             }
         }
 
@@ -324,7 +255,7 @@ mod tests {
             rotation in 0_usize..32,
         ) {
             let mean = |masses: &[[f32; 6]]| {
-                let mut window = window::<32>(32, 0);
+                let mut window = window::<32>(32);
                 for mass in masses {
                     window.push(PerAxis::from_array(*mass).map(Mass::from_f32));
                 }

@@ -15,7 +15,6 @@
 //! |---|---|
 //! | bytes of the UART become requests, requests become answers | [`commands`] |
 //! | settings in flash | [`storage`] |
-//! | half-widths from steps on good ground | [`calibration`] |
 //! | faults that come and go, the watchdog's food, what a crash leaves behind | [`supervision`] |
 //! | the estimator's bits on the target | [`self_check`] |
 //!
@@ -53,7 +52,6 @@
     )
 )]
 
-pub mod calibration;
 pub mod commands;
 pub mod imu;
 pub mod pipeline;

@@ -11,17 +11,16 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use estimator_core::{
     AccelerometerCorrection, Config, ContactEstimate, ContactEstimator, Flag, Flags, ImuSample,
-    Load, ParamsError, Timestamp, Validity,
+    Learnt, Load, Params, ParamsError, Timestamp, Validity,
 };
 use lsm6dsox::scale::FullScale;
 use wire::dictionary::index;
-use wire::node::{BootCause, Crash, State};
+use wire::node::{BootCause, Calibration, Crash, State};
 use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadSource, WINDOW_CAPACITY};
 use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Payload};
 use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage};
 
-use crate::calibration::{Calibration, News};
 use crate::commands;
 use crate::ports::{Bus, BusState, Input, Ports, Request};
 use crate::sampling::{Activity, Measurement, Tick, Trouble};
@@ -70,6 +69,15 @@ enum Asker {
     Uart(Address),
 }
 
+/// How a new estimator starts. Of two, the greater counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Renewal {
+    /// With what the one before has learnt.
+    Continue,
+    /// With what the settings say.
+    Restart,
+}
+
 /// What the estimator, the node and everything between them know.
 #[derive(Debug)]
 pub struct Foot {
@@ -77,8 +85,8 @@ pub struct Foot {
     estimator: ContactEstimator<WINDOW_CAPACITY>,
     /// What the settings say of the accelerometer, out of their slots because every tick asks.
     accelerometer: AccelerometerCorrection,
-    /// Settings of the estimator have changed since it was made.
-    outdated: bool,
+    /// What a change of settings since the last tick asks for.
+    renewal: Option<Renewal>,
     counters: Counters,
     temperature: f32,
     stage: Stage,
@@ -86,7 +94,6 @@ pub struct Foot {
     sound_ticks: u16,
     saturated: Hysteresis,
     load_open: Hysteresis,
-    calibration: Calibration,
     fading: Fading,
     bus: BusState,
     can_lost: u32,
@@ -120,14 +127,13 @@ impl Foot {
             accelerometer: settings.accelerometer(),
             node: Node::new(settings, start.serial),
             estimator: ContactEstimator::new(config),
-            outdated: false,
+            renewal: None,
             counters: Counters::default(),
             temperature: f32::NAN,
             stage: Stage::Starting,
             sound_ticks: 0,
             saturated: Hysteresis::new(1, SOUND_TICKS),
             load_open: Hysteresis::new(10, 100),
-            calibration: Calibration::default(),
             fading: Fading::default(),
             bus: BusState::Active,
             can_lost: 0,
@@ -170,6 +176,12 @@ impl Foot {
         self.node.estimate()
     }
 
+    /// What the estimator has learnt so far.
+    #[must_use]
+    pub fn learnt(&self) -> Learnt {
+        self.estimator.learnt()
+    }
+
     /// What was counted so far.
     #[must_use]
     pub const fn counters(&self) -> &Counters {
@@ -191,8 +203,8 @@ impl Foot {
         self.judge_sensor(measurement, ports);
         let load = self.load(reading, ports);
 
-        if core::mem::take(&mut self.outdated) {
-            self.renew_estimator();
+        if let Some(renewal) = self.renewal.take() {
+            self.renew_estimator(renewal);
         }
         let sample = ImuSample {
             specific_force: self.accelerometer.apply(measurement.sample.specific_force),
@@ -200,24 +212,28 @@ impl Foot {
         };
         let estimate = self.estimator.update(&sample, load);
         self.set_stage(measurement, estimate.flags, ports);
-        if let Some(news) = self.calibration.tick(&estimate) {
-            self.publish_calibration(news, ports);
-        }
 
         self.send_can(&estimate, ports);
         self.send_uart(&estimate, measurement, tick.time, ports);
+        // Nobody waits for what the sample teaches.
+        self.estimator.finish();
         let mut gone = wire::Faults::NONE;
         self.fading.tick(|fault| gone = gone.with(fault));
         gone.iter().for_each(|fault| self.clear(fault, ports));
         self.report_progress(measurement, ports);
     }
 
-    /// Takes up the settings of the estimator and of what it is given. Apart from the tick, whose stack would otherwise have
-    /// room for a second estimator each time.
+    /// Takes up the settings of the estimator and of what it is given. Apart from the tick, whose
+    /// stack would otherwise have room for a second estimator each time.
     #[inline(never)]
-    fn renew_estimator(&mut self) {
+    fn renew_estimator(&mut self, renewal: Renewal) {
         self.accelerometer = self.settings().accelerometer();
-        if let Ok(config) = self.settings().params().validate() {
+        let settings = self.settings().params();
+        let learnt = match renewal {
+            Renewal::Continue => Some(self.learnt()),
+            Renewal::Restart => settings.learnt,
+        };
+        if let Ok(config) = (Params { learnt, ..settings }).validate() {
             self.estimator = ContactEstimator::new(&config);
         }
     }
@@ -249,14 +265,21 @@ impl Foot {
 
     fn take_inputs<M: RawMutex>(&mut self, ports: &Ports<M>) {
         if let Some(settings) = ports.take_reloaded() {
+            let same = settings.learnt() == self.settings().learnt();
             self.node.set_settings(settings);
-            self.outdated = true;
+            self.renew(match same {
+                true => Renewal::Continue,
+                false => Renewal::Restart,
+            });
             self.boot(BootCause::Commanded, ports);
         }
-        for _ in 0..INPUTS_PER_TICK {
+        for taken in 0..INPUTS_PER_TICK {
             let Some(input) = ports.take_input() else {
                 break;
             };
+            if taken == 0 {
+                self.node.set_learnt(self.learnt());
+            }
             self.take_input(&input, ports);
         }
         if self.wanted.is_some()
@@ -265,6 +288,10 @@ impl Foot {
         {
             self.wanted = Some(request);
         }
+    }
+
+    fn renew(&mut self, renewal: Renewal) {
+        self.renewal = self.renewal.max(Some(renewal));
     }
 
     fn take_input<M: RawMutex>(&mut self, input: &Input, ports: &Ports<M>) {
@@ -308,19 +335,19 @@ impl Foot {
     fn act<M: RawMutex>(&mut self, event: Event, asker: Asker, ports: &Ports<M>) {
         match event {
             Event::Changed(address) => {
-                self.outdated |= (index::WINDOW..=index::ACCELEROMETER).contains(&address.index);
+                if address.index == index::LEARNT {
+                    self.renew(Renewal::Restart);
+                } else if (index::WINDOW..=index::ACCELEROMETER).contains(&address.index) {
+                    self.renew(Renewal::Continue);
+                }
             }
             Event::Store => self.store(asker, Request::Store(self.settings().clone()), ports),
             Event::Restore => self.store(asker, Request::Restore, ports),
             Event::ResetNode => self.wanted = Some(Request::Reset),
             Event::ResetCommunication => self.wanted = Some(Request::Reload),
-            Event::Calibration(command) => {
-                let params = self.settings().params();
-                let state = self.calibration.command(command, &params);
-                self.node.set_calibration(state);
-                self.outdated |= command == wire::node::Calibration::Accept;
-                self.clear(Fault::CalibrationFailed, ports);
-            }
+            Event::Calibration(Calibration::Forget) => self.renew(Renewal::Restart),
+            // The estimator has it already.
+            Event::Calibration(Calibration::Keep) => {}
             // The node keeps the load and the time, and knows when it last heard of them.
             Event::Load(_) | Event::State(_) | Event::Sync(_) | Event::Time(_) => {}
         }
@@ -500,13 +527,6 @@ impl Foot {
             self.stage = stage;
             self.node.set_stage(stage);
             self.log(INFORMATION, stage.name(), ports);
-        }
-    }
-
-    fn publish_calibration<M: RawMutex>(&mut self, news: News, ports: &Ports<M>) {
-        self.node.set_calibration(self.calibration.state());
-        if let News::Failed(too_few) = news {
-            self.raise(Fault::CalibrationFailed, u32::from(too_few.found), ports);
         }
     }
 

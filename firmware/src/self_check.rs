@@ -2,12 +2,13 @@
 //!
 //! A stimulus from integers alone drives the estimator through rest, motion, impacts, saturation,
 //! readings that are no numbers, stale samples and gaps in time; a digest takes in every bit of
-//! every estimate. Two machines that print the same digests agree on all of it.
+//! every estimate, and now and then what has been learnt. Two machines that print the same digests
+//! agree on all of it.
 
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::vector::{Quaternion, Vec3};
 use estimator_core::{
-    AngularRate, ContactEstimate, ContactEstimator, ImuSample, Load, Params, ParamsError,
+    AngularRate, ContactEstimate, ContactEstimator, ImuSample, Learnt, Load, Params, ParamsError,
     Saturation, SpecificForce, Timestamp, Validity,
 };
 
@@ -33,6 +34,7 @@ pub fn run(params: &Params, mut report: impl FnMut(u32, u64)) -> Result<(), Para
         let (sample, load) = stimulus.next();
         digest.add_estimate(&estimator.update(&sample, load));
         if taken % CHECKPOINT == 0 {
+            digest.add_learnt(&estimator.learnt());
             report(taken, digest.value());
         }
     }
@@ -214,6 +216,12 @@ impl Digest {
         }
     }
 
+    fn add_learnt(&mut self, learnt: &Learnt) {
+        for number in learnt.to_array() {
+            self.add_word(number.to_bits());
+        }
+    }
+
     fn add_estimate(&mut self, estimate: &ContactEstimate) {
         let ContactEstimate {
             timestamp,
@@ -248,10 +256,10 @@ impl Digest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::{Flag, Phase};
+    use estimator_core::{Flag, Learning, Method, Phase};
 
     #[test]
-    fn the_stimulus_meets_every_flag_and_every_phase_and_teaches_a_bias() {
+    fn the_stimulus_meets_every_flag_and_every_phase_and_teaches_a_bias_and_both_classes() {
         let mut estimator =
             ContactEstimator::<CAPACITY>::new(&Params::DEFAULT.validate().expect("a preset"));
         let mut stimulus = Stimulus::new();
@@ -269,6 +277,31 @@ mod tests {
         }
         let learnt = |e: &ContactEstimate| e.gyro_bias.0 != Vec3::ZERO;
         assert!(estimates.iter().any(learnt), "no bias was learnt");
+        assert!(estimator.learnt().is_settled(), "{:?}", estimator.learnt());
+        let last = estimates.last().expect("an estimate");
+        assert!(!last.flags.contains(Flag::Settling));
+    }
+
+    #[test]
+    fn the_presets_are_one_of_each_method_and_the_first_learns() {
+        let [learns, is_set] = [Params::DEFAULT, Params::PAPER];
+        assert_eq!(learns.method, Method::SelfCalibrating);
+        assert_eq!(learns.learning, Learning::On);
+        assert_eq!(is_set.method, Method::HalfWidths);
+    }
+
+    #[test]
+    fn one_bit_of_what_was_learnt_changes_the_digest() {
+        let digest = |learnt: &Learnt| {
+            let mut digest = Digest::new();
+            digest.add_learnt(learnt);
+            digest.value()
+        };
+        let other = Learnt {
+            idle_seconds: f32::from_bits(1),
+            ..Learnt::default()
+        };
+        assert_ne!(digest(&Learnt::default()), digest(&other));
     }
 
     #[test]

@@ -112,7 +112,8 @@ impl Hysteresis {
 /// Faults that are events, not states: each is kept up for a while after it last happened.
 #[derive(Clone, Copy, Debug)]
 pub struct Fading {
-    left: [u16; Fault::ALL.len()],
+    /// By the faults' numbers.
+    left: [u16; Fault::NUMBERS],
     /// How many are kept up: mostly none, which is to cost nothing.
     held: usize,
 }
@@ -120,7 +121,7 @@ pub struct Fading {
 impl Default for Fading {
     fn default() -> Self {
         Self {
-            left: [0; Fault::ALL.len()],
+            left: [0; Fault::NUMBERS],
             held: 0,
         }
     }
@@ -148,8 +149,9 @@ impl Fading {
         if self.held == 0 {
             return;
         }
-        for (left, fault) in self.left.iter_mut().zip(Fault::ALL) {
-            if *left > 0 {
+        for fault in Fault::ALL {
+            let left = self.left.get_mut(usize::from(fault.number()));
+            if let Some(left) = left.filter(|left| **left > 0) {
                 *left -= 1;
                 if *left == 0 {
                     self.held -= 1;

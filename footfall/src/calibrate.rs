@@ -1,25 +1,35 @@
-//! What belongs to one robot and one sensor, measured from recordings without labels.
+//! What belongs to one robot and one sensor, found in recordings without labels.
 //!
 //! | what | from | module |
 //! |---|---|---|
-//! | half-widths | a few steps on good ground | [`half_width`] |
+//! | stillness and motion of a foot: a warm start | a walk | [`learnt`] |
 //! | accelerometer bias and scale, gyroscope bias | rests in different orientations | [`rests`], [`sensor`] |
 //! | the configuration file that keeps them | | [`robot_file`] |
 
-pub mod half_width;
+pub mod learnt;
 pub mod rests;
 pub mod robot_file;
 pub mod sensor;
 
 use thiserror::Error;
 
-/// Why recordings do not tell what they should.
+/// Why a calibration has no result.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CalibrationError {
-    /// Too few usable steps.
+    /// Too little stance or swing.
     #[error("{0}")]
-    TooFewSteps(half_width::TooFew),
-    /// Rests do not tell the accelerometer's bias and scale.
+    Unsettled(learnt::Unsettled),
+    /// Nothing tells stance from swing.
+    #[error(
+        "the foot moves as much at rest as in motion: see whether units and --gravity are right, and whether it walks"
+    )]
+    Alike,
+    /// The method has nothing to learn.
+    #[error(
+        "method = \"half_widths\" learns nothing: half-widths are set by hand; leave out --preset paper, or set method = \"self_calibrating\" in the configuration"
+    )]
+    HalfWidths,
+    /// Rests from which bias and scale of the accelerometer do not follow.
     #[error("{0}")]
     Rests(#[from] sensor::RestsError),
 }

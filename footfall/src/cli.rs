@@ -52,7 +52,8 @@ pub enum Command {
     Evaluate(EvaluateArguments),
     /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
     Attitude(AttitudeArguments),
-    /// Find half-widths in a few steps on good ground, or with --rests what is wrong with the sensor
+    /// Let the estimator learn a foot from recordings, for a warm start; or with --rests find what is
+    /// wrong with the sensor
     Calibrate(CalibrateArguments),
 }
 
@@ -64,7 +65,8 @@ pub struct ReplayArguments {
     /// How it is read, and with which parameters.
     #[command(flatten)]
     pub recording: RecordingArguments,
-    /// Length of the window: a duration such as 50ms or a count such as 50samples
+    /// Length of the window: a duration such as 50ms or a count such as 50samples; with half-widths
+    /// only, as with --preset paper
     #[arg(long, value_name = "LENGTH", value_parser = parse_window)]
     pub window: Option<WindowLength>,
     /// Write the estimates, one row per sample
@@ -169,7 +171,8 @@ impl ReplayArguments {
     fn run(self) -> Result<(), Error> {
         let configuration = Configuration::read(self.recording.config.as_deref())?;
         let opened = Opened::new(&self.input, self.recording.format)?;
-        let mut params = self.recording.params(&configuration, opened.format());
+        let format = opened.format();
+        let mut params = self.recording.params(&configuration, format);
         if let Some(window) = self.window {
             params.window = window;
         }
@@ -179,7 +182,6 @@ impl ReplayArguments {
         let outputs = Outputs {
             samples: None,
             estimates: self.output,
-            map: configuration.overrides.probability_map,
             plot: self.plot,
             others: Vec::new(),
             summary: if self.json {
@@ -190,6 +192,11 @@ impl ReplayArguments {
         };
         let file = self.input.display().to_string();
         let origins = configuration.origins(&file, self.recording.sample_rate, self.window);
+        origins.check_effects(&params)?;
+        let preset = self.recording.preset;
+        if let Some(notice) = preset.window_notice(format, &params, &loaded.recording) {
+            tell(notice);
+        }
         let estimates =
             replay(&loaded.recording, &params).map_err(|error| origins.explain(&error, &params))?;
         hand_over(&outputs, &loaded.recording, loaded.start_us, &estimates)

@@ -48,7 +48,6 @@ pub fn run(directory: &Path, seed: u64) -> Result<(), Error> {
     let outputs = Outputs {
         samples: Some(directory.join("samples.csv")),
         estimates: None,
-        map: None,
         plot: Some(directory.join("plot.svg")),
         others: vec![can, uart],
         summary: SummaryStyle::Text,

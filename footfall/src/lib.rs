@@ -10,9 +10,8 @@
 //! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
 //! | results have somewhere to go | [`targets`] |
 //! | the estimator runs over it | [`replay`] |
-//! | or measures half-widths, or what is wrong with the sensor | [`calibrate`] |
+//! | or learns a foot in advance, or finds what is wrong with the sensor | [`calibrate`] |
 //! | how good that was | [`metrics`], [`reliability`], and of its orientation [`attitude`]; beside other methods, [`evaluate`] |
-//! | what P means, where labels tell | [`probability_map`] |
 //! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
 
@@ -31,7 +30,6 @@ pub mod metrics;
 mod number;
 pub mod output;
 pub mod plot;
-pub mod probability_map;
 mod progress;
 pub mod recording;
 pub mod reliability;

@@ -6,7 +6,6 @@
 use estimator_core::{ContactEstimate, Timestamp};
 use serde::Serialize;
 
-use crate::probability_map::ProbabilityMap;
 use crate::recording::{Label, RecordedSample};
 use crate::reliability::calibration_error;
 
@@ -78,9 +77,6 @@ pub struct Metrics {
     pub latency_off: Latency,
     /// See [`calibration_error`].
     pub calibration_error: f64,
-    /// The map that would make this probability mean what these labels say. Of the recording it is
-    /// learnt from it says nothing new.
-    pub probability_map: Option<ProbabilityMap>,
 }
 
 impl Metrics {
@@ -97,7 +93,6 @@ impl Metrics {
             latency_on: latency(scored, Label::Stable),
             latency_off: latency(scored, Label::NotStable),
             calibration_error: calibration_error(scored)?,
-            probability_map: ProbabilityMap::learn(scored),
         })
     }
 }

@@ -10,7 +10,6 @@ use estimator_core::{
 use thiserror::Error;
 
 use crate::input::csv::VALIDITIES;
-use crate::probability_map::ProbabilityMap;
 use crate::recording::{Label, RecordedSample};
 
 /// The header of the table of estimates.
@@ -18,13 +17,18 @@ use crate::recording::{Label, RecordedSample};
 /// | columns | meaning | unit |
 /// |---|---|---|
 /// | `t` | time of the sample on the recording's clock, six decimals | s |
-/// | `p_stable`, `p_tangential`, `p_vertical` | the paper's three probabilities | [0, 1] |
-/// | `p_ax` … `p_wz` | probability per axis | [0, 1] |
+/// | `p_stable` | the foot does not move at all: stable contact | [0, 1] |
+/// | `p_tangential` | no motion along the ground and no turn about up | [0, 1] |
+/// | `p_vertical` | no lifting and no tilting | [0, 1] |
+/// | `p_ax` … `p_wz` | the foot does not move along or about one axis of the sensor | [0, 1] |
 /// | `qw` … `qz` | orientation, Hamilton, sensor → world | unit quaternion |
 /// | `lax`, `lay`, `laz` | linear acceleration, sensor frame | m/s² |
 /// | `bwx`, `bwy`, `bwz` | gyroscope bias, sensor frame | rad/s |
 /// | `state` | name of the [`Phase`](estimator_core::Phase) | |
 /// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |
+///
+/// With half-widths, the first three are the paper's products of probabilities per axis; see
+/// [`Probabilities`](estimator_core::Probabilities).
 pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
      qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags";
 
@@ -103,27 +107,6 @@ pub fn write_estimates(
         write_time(estimate.timestamp, start_us, to)?;
         write_estimate(estimate, to)?;
         writeln!(to)?;
-    }
-    Ok(())
-}
-
-/// Writes the table of estimates as [`write_estimates`] does, with one more column at its end:
-/// `p_calibrated`, what `map` makes of `p_stable`, in (0, 1) with six decimals.
-///
-/// # Errors
-/// What the writer reports.
-pub fn write_mapped_estimates(
-    estimates: &[ContactEstimate],
-    start_us: i64,
-    map: &ProbabilityMap,
-    to: &mut dyn Write,
-) -> io::Result<()> {
-    writeln!(to, "{HEADER},p_calibrated")?;
-    for estimate in estimates {
-        write_time(estimate.timestamp, start_us, to)?;
-        write_estimate(estimate, to)?;
-        let calibrated = map.apply(f64::from(estimate.probabilities.stable));
-        writeln!(to, ",{calibrated:.6}")?;
     }
     Ok(())
 }
@@ -306,27 +289,6 @@ mod tests {
             cells(ContactEstimate::default()).len(),
             HEADER.split(',').count()
         );
-    }
-
-    #[test]
-    fn a_map_adds_its_column_and_changes_no_other() {
-        let estimate = |stable| ContactEstimate {
-            probabilities: Probabilities {
-                stable,
-                ..Probabilities::default()
-            },
-            ..ContactEstimate::default()
-        };
-        let map = toml::from_str("slope = 2.0\noffset = 0.0").unwrap();
-        let estimates = [estimate(0.75)];
-        let mut bytes = Vec::new();
-        write_mapped_estimates(&estimates, 0, &map, &mut bytes).unwrap();
-        let mapped = String::from_utf8(bytes).unwrap();
-        let plain = table(estimates[0]);
-        let lines = mapped.lines().zip(plain.lines());
-        let added: Vec<_> = lines.map(|(m, p)| m.strip_prefix(p).unwrap()).collect();
-        // Odds of 3 squared are 9.
-        assert_eq!(added, [",p_calibrated", ",0.900000"]);
     }
 
     /// An estimate and a sample in which no two numbers are the same.

@@ -1,6 +1,6 @@
 //! A recording through the estimator.
 
-use estimator_core::{ContactEstimate, ContactEstimator, Params, ParamsError};
+use estimator_core::{ContactEstimate, ContactEstimator, Learnt, Params, ParamsError};
 
 use crate::progress;
 use crate::recording::Recording;
@@ -16,6 +16,17 @@ pub const CAPACITY: usize = 4096;
 /// # Errors
 /// A parameter out of its range; the window may have up to [`CAPACITY`] samples.
 pub fn replay(recording: &Recording, params: &Params) -> Result<Vec<ContactEstimate>, ParamsError> {
+    Ok(replay_and_learn(recording, params)?.0)
+}
+
+/// [`replay`], with what has been learnt by the end of the recording.
+///
+/// # Errors
+/// Those of [`replay`].
+pub fn replay_and_learn(
+    recording: &Recording,
+    params: &Params,
+) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
     let params = Params {
         sample_rate: recording.sample_rate,
         gravity: recording.gravity,
@@ -23,17 +34,19 @@ pub fn replay(recording: &Recording, params: &Params) -> Result<Vec<ContactEstim
     };
     let mut estimator = Box::new(ContactEstimator::<CAPACITY>::new(&params.validate()?));
     let bar = progress::over_samples("estimating", recording.samples.len());
-    Ok(bar
+    let estimates = bar
         .wrap_iter(recording.samples.iter())
         .map(|sample| estimator.update(&sample.imu, sample.load))
-        .collect())
+        .collect();
+    estimator.finish();
+    Ok((estimates, estimator.learnt()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::recording::RecordedSample;
-    use estimator_core::{Flag, Gravity, ImuSample, Timestamp};
+    use estimator_core::{Flag, Gravity, ImuSample, Method, Timestamp};
 
     fn still_foot(sample_rate: f32) -> Recording {
         let period_us = (1.0e6 / sample_rate) as u64;
@@ -65,7 +78,11 @@ mod tests {
 
     #[test]
     fn the_rate_is_the_recordings_so_the_window_keeps_its_duration() {
-        let estimates = replay(&still_foot(200.0), &Params::DEFAULT).unwrap();
+        let params = Params {
+            method: Method::HalfWidths,
+            ..Params::DEFAULT
+        };
+        let estimates = replay(&still_foot(200.0), &params).unwrap();
         let full = estimates
             .iter()
             .position(|e| !e.flags.contains(Flag::WindowNotFull));

@@ -8,9 +8,8 @@ use estimator_core::ContactEstimate;
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::output::{write_estimates, write_file, write_mapped_estimates, write_samples};
+use crate::output::{write_estimates, write_file, write_samples};
 use crate::plot;
-use crate::probability_map::ProbabilityMap;
 use crate::recording::Recording;
 use crate::summary::Summary;
 
@@ -31,8 +30,6 @@ pub struct Outputs {
     pub samples: Option<PathBuf>,
     /// Where the table of estimates goes.
     pub estimates: Option<PathBuf>,
-    /// What the table of estimates has a column for, where it is known.
-    pub map: Option<ProbabilityMap>,
     /// Where the picture goes.
     pub plot: Option<PathBuf>,
     /// What has been written already and is to be named too.
@@ -56,10 +53,7 @@ pub fn hand_over(
         write_file(path, |to| write_samples(&recording.samples, estimates, to))?;
     }
     if let Some(path) = &outputs.estimates {
-        write_file(path, |to| match &outputs.map {
-            Some(map) => write_mapped_estimates(estimates, start_us, map, to),
-            None => write_estimates(estimates, start_us, to),
-        })?;
+        write_file(path, |to| write_estimates(estimates, start_us, to))?;
     }
     if let Some(path) = &outputs.plot {
         write_file(path, |to| {

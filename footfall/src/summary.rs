@@ -106,11 +106,7 @@ impl fmt::Display for Metrics {
             f,
             "latency  to stable: {}; to not stable: {}\nmeaning  calibration error {:.3}",
             self.latency_on, self.latency_off, self.calibration_error
-        )?;
-        match self.probability_map {
-            Some(map) => write!(f, ", learnt {map}"),
-            None => Ok(()),
-        }
+        )
     }
 }
 
@@ -203,7 +199,7 @@ mod tests {
                 "labels   RMSE 0.0000, Brier score 0.0000, ROC-AUC 1.000, F1 at 0.5 1.000\n\
                  latency  to stable: 0.0 ms (median of 1, 0 missed); \
                  to not stable: no transition\n\
-                 meaning  calibration error 0.000, learnt [probability_map] slope 1.987, offset 0.000"
+                 meaning  calibration error 0.000"
             ),
             "{text}"
         );

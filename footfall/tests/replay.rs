@@ -27,9 +27,11 @@ fn a_replay_writes_one_row_per_sample_under_the_documented_header() {
     assert_eq!(lines.clone().count(), 1000);
     let last: Vec<_> = lines.last().expect("rows").split(',').collect();
     assert_eq!(
-        (last[0], last[1], last[20], last[21]),
-        ("0.999000", "1", "stance", "")
+        (last[0], last[20], last[21]),
+        ("0.999000", "stance", "settling")
     );
+    let stable: f64 = last[1].parse().expect("a number");
+    assert!(stable > 0.99 && stable <= 1.0, "{stable}");
 }
 
 #[test]
@@ -107,7 +109,7 @@ fn options_win_over_the_configuration_file_which_wins_over_the_preset() {
     let bench = Bench::with("walk.csv", standing());
     fs::write(
         bench.path("robot.toml"),
-        "window = '30samples'\ngravity = 'removed'\n",
+        "method = 'half_widths'\nwindow = '30samples'\ngravity = 'removed'\n",
     )
     .expect("a file");
     let window = |arguments: &str| {
@@ -116,7 +118,7 @@ fn options_win_over_the_configuration_file_which_wins_over_the_preset() {
             serde_json::from_str(&bench.stdout(&arguments)).expect("JSON");
         summary["flag_counts"]["window_not_full"].clone()
     };
-    assert_eq!(window("--gravity removed"), 49);
+    assert_eq!(window("--gravity removed --preset paper"), 49);
     assert_eq!(window("--config robot.toml"), 29);
     assert_eq!(window("--config robot.toml --window 10ms"), 9);
 }
@@ -252,29 +254,27 @@ fn the_figure_may_go_into_a_pipe() {
 }
 
 #[test]
-fn a_probability_map_adds_a_column_and_labels_say_what_it_should_be() {
-    let bench = Bench::with("walk.csv", standing());
-    let map = "[probability_map]\nslope = 0.5\noffset = -1.0\n";
-    fs::write(bench.path("robot.toml"), map).expect("a configuration");
-    let summary = bench.stdout("replay walk.csv --config robot.toml --output out.csv");
-    // All labels are the same here, from which no map follows.
-    assert!(
-        summary.contains("\nmeaning  calibration error 0."),
-        "{summary}"
+fn the_papers_window_says_how_long_it_lasts_at_another_rate() {
+    let rows = |seconds: f64| -> String {
+        let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0\n", f64::from(k) * seconds);
+        (0..100).map(row).collect()
+    };
+    let notice = |seconds: f64, arguments: &str| {
+        let bench = Bench::with("walk.csv", format!("t,{AXES}\n{}", rows(seconds)));
+        let output = bench.run(&format!("replay walk.csv {arguments}"));
+        assert!(output.status.success(), "{output:?}");
+        text(&output.stderr)
+    };
+    assert_eq!(
+        notice(0.01, "--preset paper"),
+        "footfall: walk: the window of the paper's preset, 50 samples, lasts 500 ms at 100 Hz \
+         and 50 ms at the paper's rate: --window 50ms has the same duration\n"
     );
-    assert!(!summary.contains("learnt"), "{summary}");
-    let table = read(&bench.path("out.csv"));
-    let mut lines = table.lines();
-    assert!(
-        lines
-            .next()
-            .expect("a header")
-            .ends_with(",flags,p_calibrated")
-    );
-    // P = 1 counts as 0.99: log-odds of 4.5951, half of that less 1 is 1.2976.
-    assert!(
-        lines.last().expect("rows").ends_with(",0.785424"),
-        "{:?}",
-        table.lines().last()
-    );
+    for (seconds, arguments) in [
+        (0.001, "--preset paper"),
+        (0.01, "--preset paper --window 50ms"),
+        (0.01, ""),
+    ] {
+        assert_eq!(notice(seconds, arguments), "");
+    }
 }

@@ -237,7 +237,7 @@ fn a_sample_rate_out_of_range_names_the_option() {
 #[test]
 fn a_parameter_out_of_its_range_is_named_with_value_and_range() {
     assert_eq!(
-        complaint(standing(), "--window 9000samples"),
+        complaint(standing(), "--preset paper --window 9000samples"),
         "footfall: --window comes to 9000 samples at this sample rate, allowed is 1 to \
          4096\n"
     );
@@ -248,8 +248,42 @@ fn a_parameter_out_of_its_range_is_named_with_value_and_range() {
         "footfall: robot.toml, key decision.threshold is 1.5, allowed is 0.01 to 0.99\n"
     );
     assert_eq!(
-        complaint(standing(), "--window=-5ms"),
+        complaint(standing(), "--preset paper --window=-5ms"),
         "footfall: --window is -5 ms, allowed is 0.1 to 1000000 ms\n"
+    );
+}
+
+#[test]
+fn half_widths_without_their_method_are_refused_with_what_to_do() {
+    assert_eq!(
+        complaint(standing(), "--window 20ms"),
+        "footfall: --window has an effect with method = \"half_widths\" only, and the method is \
+         \"self_calibrating\", which needs no half-widths: leave it out, or set method = \
+         \"half_widths\" in the configuration\n"
+    );
+    let bench = Bench::with("x.csv", standing());
+    let table = "[half_width]\nangular_rate_rad_s = 0.1\n";
+    fs::write(bench.path("robot.toml"), table).expect("a file");
+    assert!(
+        bench
+            .error("replay x.csv --config robot.toml")
+            .starts_with("footfall: robot.toml, key half_width has an effect with method"),
+    );
+    bench.stdout("replay x.csv --config robot.toml --preset paper");
+}
+
+#[test]
+fn a_warm_start_out_of_its_range_is_named_with_value_and_range() {
+    let classes = "{ still = -1, moving = -2, width = 0.5 }";
+    let text = format!(
+        "[learnt]\nstill_seconds = 2\nmoving_seconds = 3\nidle_seconds = 4\n\
+         acceleration = {classes}\nrate = {classes}\nvelocity = {classes}\n"
+    );
+    let bench = Bench::with("x.csv", standing());
+    fs::write(bench.path("robot.toml"), text).expect("a file");
+    assert_eq!(
+        bench.error("replay x.csv --config robot.toml"),
+        "footfall: robot.toml, key learnt.acceleration.moving is -2, allowed is -1 to 9.3\n"
     );
 }
 

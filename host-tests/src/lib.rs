@@ -2,8 +2,10 @@
 //!
 //! The tests themselves are in `tests/`, one file a subject.
 
+pub mod changed;
 pub mod committed;
 pub mod datasets;
+pub mod labelled;
 pub mod oracle;
 pub mod qemu;
 pub mod requirements;

@@ -1,5 +1,8 @@
 //! The attitude filter against the truth, which only a simulated foot knows.
 
+use std::fmt::Write;
+
+use estimator_core::attitude::Alignment;
 use estimator_core::{
     AngularRate, AttitudeFilter, AttitudeParams, GyroTiming, ImuSample, Params, Quaternion,
     SpecificForce, Timestamp, Validity, Vec3,
@@ -8,7 +11,8 @@ use footfall::attitude::inclination_error_degrees;
 use footfall::gait::plan::{GaitName, Ground, Plan};
 use footfall::gait::sensor::{self, AxisErrors};
 use footfall::gait::space::{Rotation, Vector};
-use footfall::gait::{Motion, SensorParams, simulate};
+use footfall::gait::{Activity, Motion, SensorParams, Simulation, simulate};
+use host_tests::committed::assert_readme_block;
 
 use proptest::prelude::*;
 
@@ -147,4 +151,183 @@ proptest! {
             prop_assert!(worst < 0.5, "{rate} Hz: {worst}°");
         }
     }
+}
+
+/// What can be wrong with a sensor or with the way of its samples.
+#[derive(Clone, Copy, Debug)]
+enum Degradation {
+    None,
+    /// °/s on top of the part's own, on every axis.
+    GyroscopeBias(f32),
+    /// m/s² on every axis.
+    AccelerometerBias(f32),
+    /// 5 % of the samples are lost, so many at a time.
+    Lost(usize),
+    /// Timestamps are wrong by up to so many periods.
+    Jitter(f64),
+}
+
+impl Degradation {
+    /// What the filter gets to see, with the index of each sample.
+    fn apply(self, simulation: &Simulation) -> Vec<(usize, ImuSample)> {
+        let mut random = Xorshift(88_172_645_463_325_252);
+        let samples = simulation.recording.samples.iter().map(|sample| sample.imu);
+        let mut samples: Vec<(usize, ImuSample)> = samples.enumerate().collect();
+        match self {
+            Self::None => {}
+            Self::GyroscopeBias(degrees) => {
+                let bias = Vec3::new(1.0, 1.0, 1.0) * degrees.to_radians();
+                for (_, imu) in &mut samples {
+                    imu.angular_rate.0 += bias;
+                }
+            }
+            Self::AccelerometerBias(bias) => {
+                for (_, imu) in &mut samples {
+                    imu.specific_force.0 += Vec3::new(bias, bias, bias);
+                }
+            }
+            Self::Lost(burst) => {
+                let mut left = 0;
+                samples.retain(|_| {
+                    if left == 0 && random.uniform() < 0.05 / burst as f64 {
+                        left = burst;
+                    }
+                    let kept = left == 0;
+                    left = left.saturating_sub(1);
+                    kept
+                });
+            }
+            Self::Jitter(periods) => {
+                let mut newest = 0;
+                for (_, imu) in &mut samples {
+                    let error = 1000.0 * periods * (2.0 * random.uniform() - 1.0);
+                    let jittered = imu.timestamp.as_micros() as f64 + error;
+                    newest = (jittered.max(0.0) as u64).max(newest + 1);
+                    imu.timestamp = Timestamp::from_micros(newest);
+                }
+            }
+        }
+        samples
+    }
+}
+
+/// Marsaglia's generator.
+struct Xorshift(u64);
+
+impl Xorshift {
+    /// 0 to 1.
+    fn uniform(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// What the filter leaves while the foot stands, from two seconds after the start on.
+struct InStance {
+    /// RMS of the inclination error, degrees.
+    tilt: f64,
+    /// RMS of the error of the linear acceleration, m/s².
+    acceleration: f64,
+    /// RMS of the error of the angular rate, rad/s.
+    rate: f64,
+    /// Whether up was known in all of it.
+    always_aligned: bool,
+}
+
+fn in_stance(simulation: &Simulation, degradation: Degradation) -> InStance {
+    let mut filter = filter(&Params::DEFAULT);
+    let mut always_aligned = true;
+    let (mut count, mut tilt, mut acceleration, mut rate) = (0_u32, 0.0, 0.0, 0.0);
+    for (index, imu) in degradation.apply(simulation) {
+        filter.update(&imu);
+        let truth = &simulation.truth[index];
+        if truth.activity != Activity::Standing || imu.timestamp.as_micros() < 2_000_000 {
+            continue;
+        }
+        let error = inclination_error_degrees(filter.orientation(), truth.orientation);
+        let gravity = filter.orientation().up() * sensor::GRAVITY as f32;
+        let true_acceleration = single(truth.orientation.to_sensor(truth.acceleration));
+        let left = imu.specific_force.0 - gravity - true_acceleration;
+        let turning = imu.angular_rate.0 - filter.gyro_bias().0 - single(truth.angular_rate);
+        count += 1;
+        tilt += error * error;
+        acceleration += f64::from(left.dot(left));
+        rate += f64::from(turning.dot(turning));
+        always_aligned &= filter.alignment() == Alignment::Aligned;
+    }
+    let rms = |squares: f64| (squares / f64::from(count)).sqrt();
+    InStance {
+        tilt: rms(tilt),
+        acceleration: rms(acceleration),
+        rate: rms(rate),
+        always_aligned,
+    }
+}
+
+#[test]
+fn a_foot_with_a_poor_sensor_or_lost_samples_keeps_its_motion_right_in_stance() {
+    use Degradation::{AccelerometerBias, GyroscopeBias, Jitter, Lost, None};
+    // Limits: tilt in degrees, for the walk and the trot; what is left of gravity in m/s².
+    let cases = [
+        ("nothing", None, 0.15, 0.06),
+        (
+            "gyroscope bias of 2 °/s on all axes",
+            GyroscopeBias(2.0),
+            0.15,
+            0.06,
+        ),
+        (
+            "gyroscope bias of 5 °/s on all axes",
+            GyroscopeBias(5.0),
+            0.25,
+            0.08,
+        ),
+        (
+            "accelerometer bias of 0.3 m/s² on all axes",
+            AccelerometerBias(0.3),
+            2.7,
+            0.33,
+        ),
+        (
+            "5 % of the samples lost, one at a time",
+            Lost(1),
+            0.15,
+            0.06,
+        ),
+        ("5 % lost, 10 at a time", Lost(10), 0.3, 0.08),
+        ("5 % lost, 20 at a time", Lost(20), 1.0, 0.2),
+        (
+            "timestamps wrong by up to half a period",
+            Jitter(0.5),
+            0.2,
+            0.06,
+        ),
+        ("timestamps wrong by up to a period", Jitter(1.0), 0.3, 0.08),
+    ];
+    let [walk, trot, run] = [GaitName::Walk, GaitName::Trot, GaitName::Run]
+        .map(|gait| simulate(&Plan::steady(gait, Ground::Hard, 30.0, 1), &CALIBRATED, 1));
+    let mut table = String::from(
+        "| what is wrong | walk | trot | run | walk: acceleration off by | angular rate off by |\n\
+         |---|---|---|---|---|---|\n",
+    );
+    for (name, degradation, tilt, acceleration) in cases {
+        let [walk, trot, run] = [&walk, &trot, &run].map(|walk| in_stance(walk, degradation));
+        for stances in [&walk, &trot] {
+            assert!(stances.tilt < tilt, "{name}: {}°", stances.tilt);
+            let left = stances.acceleration;
+            assert!(left < acceleration, "{name}: {left} m/s²");
+            assert!(stances.rate < 0.01, "{name}: {} rad/s", stances.rate);
+            assert!(stances.always_aligned, "{name}");
+        }
+        assert!(run.always_aligned, "{name}");
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "| {name} | {:.2}° | {:.2}° | {:.2}° | {:.2} m/s² | {:.4} rad/s |",
+            walk.tilt, trot.tilt, run.tilt, walk.acceleration, walk.rate
+        );
+    }
+    assert_readme_block("degraded", &table);
 }

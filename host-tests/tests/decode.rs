@@ -64,10 +64,10 @@ fn assert_status(row: &Row, estimate: &ContactEstimate) {
     assert_eq!(status.is_valid(), !estimate.flags.are_doubt());
     let saturated = estimate.flags.contains(Flag::Saturated);
     assert_eq!(status.is_saturated(), saturated);
-    let settling = [Flag::WindowNotFull, Flag::AttitudeNotInitialised];
+    let starting = [Flag::WindowNotFull, Flag::AttitudeNotInitialised];
     assert_eq!(
-        status.is_settling(),
-        settling
+        status.is_starting(),
+        starting
             .into_iter()
             .any(|flag| estimate.flags.contains(flag))
     );

@@ -3,30 +3,51 @@
 
 use estimator_core::{ContactEstimate, Load, Params};
 use footfall::input::{self, Format, Hints};
-use footfall::recording::RecordedSample;
+use footfall::recording::{RecordedSample, Recording};
 use footfall::replay::replay;
+use host_tests::changed::stood;
 use host_tests::committed::assert_readme_block;
 use host_tests::datasets::recorded;
 
 /// Shorter contacts are bounces, s.
 const SHORTEST_STANCE: f64 = 0.25;
 
-/// The peak of P in each stance, in order of time, with the paper's half-widths and 50 rows.
+const SLIPPERY: &str = "pce/GO1_slippery_surface.csv";
+const MATTRESS: &str = "pce/GO1_matress.csv";
+const NORMAL: &str = "pce/GO1_normal_surface.csv";
+
+/// Standing still in front of a recording, s.
+const STANDING: f64 = 60.0;
+
+/// The peak of P in each stance, in order of time.
 ///
 /// A stance begins where the load passes 150 and ends where it falls below 90, in the raw units
 /// of the robot's pressure sensor. Each recording starts on a foot that already stands: that is
 /// no step and is left out.
-fn stance_peaks(file: &str) -> Option<Vec<f32>> {
+fn peaks(recording: &Recording, params: &Params) -> Vec<f32> {
+    let estimates = replay(recording, params).expect("a preset");
+    stances(&recording.samples)
+        .into_iter()
+        .map(|stance| peak(&estimates[stance]))
+        .collect()
+}
+
+fn recording(file: &str) -> Option<Recording> {
     let path = recorded(file)?;
     let loaded = input::read(&path, Format::PceGo1, &Hints::default()).expect("a readable file");
-    let samples = &loaded.recording.samples;
-    let estimates = replay(&loaded.recording, &Params::PAPER_GO1).expect("a preset");
-    Some(
-        stances(samples)
-            .into_iter()
-            .map(|stance| peak(&estimates[stance]))
-            .collect(),
-    )
+    Some(loaded.recording)
+}
+
+/// [`peaks`] with the paper's half-widths and 50 rows.
+fn stance_peaks(file: &str) -> Option<Vec<f32>> {
+    Some(peaks(&recording(file)?, &Params::PAPER_GO1))
+}
+
+/// [`peaks`] with the default preset and nothing set: as recorded, and after a minute of standing.
+fn default_peaks(file: &str) -> Option<[Vec<f32>; 2]> {
+    let recording = recording(file)?;
+    let stood = stood(&recording, STANDING, 1);
+    Some([&recording, &stood].map(|recording| peaks(recording, &Params::DEFAULT)))
 }
 
 fn peak(estimates: &[ContactEstimate]) -> f32 {
@@ -59,7 +80,7 @@ fn stances(samples: &[RecordedSample]) -> Vec<std::ops::Range<usize>> {
 
 #[test]
 fn greased_stances_stay_improbable_and_those_after_the_grease_do_not() {
-    let Some(peaks) = stance_peaks("pce/GO1_slippery_surface.csv") else {
+    let Some(peaks) = stance_peaks(SLIPPERY) else {
         return;
     };
     let (greased, good) = peaks.split_at(3);
@@ -72,7 +93,7 @@ fn greased_stances_stay_improbable_and_those_after_the_grease_do_not() {
 
 #[test]
 fn every_stance_on_a_mattress_is_probable() {
-    let Some(peaks) = stance_peaks("pce/GO1_matress.csv") else {
+    let Some(peaks) = stance_peaks(MATTRESS) else {
         return;
     };
     assert!(
@@ -83,7 +104,7 @@ fn every_stance_on_a_mattress_is_probable() {
 
 #[test]
 fn every_stance_on_normal_ground_is_probable() {
-    let Some(peaks) = stance_peaks("pce/GO1_normal_surface.csv") else {
+    let Some(peaks) = stance_peaks(NORMAL) else {
         return;
     };
     assert!(
@@ -93,21 +114,57 @@ fn every_stance_on_normal_ground_is_probable() {
 }
 
 #[test]
+fn by_default_greased_stances_stay_improbable_and_those_after_the_grease_do_not() {
+    for (peaks, when) in default_peaks(SLIPPERY).into_iter().flatten().zip(WHEN) {
+        let (greased, good) = peaks.split_at(3);
+        assert!(greased.iter().all(|p| *p < 0.6), "{when}: {peaks:?}");
+        assert!(
+            good.len() == 8 && good.iter().all(|p| *p > 0.8),
+            "{when}: {peaks:?}"
+        );
+    }
+}
+
+/// The recordings of [`default_peaks`].
+const WHEN: [&str; 2] = ["as recorded", "after a minute of standing"];
+
+#[test]
+fn by_default_every_stance_on_a_mattress_is_probable() {
+    for (peaks, when) in default_peaks(MATTRESS).into_iter().flatten().zip(WHEN) {
+        assert_eq!(peaks.len(), 6);
+        assert!(peaks.iter().all(|p| *p > 0.9), "{when}: {peaks:?}");
+    }
+}
+
+#[test]
+fn by_default_every_stance_on_normal_ground_is_probable() {
+    for (peaks, when) in default_peaks(NORMAL).into_iter().flatten().zip(WHEN) {
+        assert_eq!(peaks.len(), 10);
+        assert!(peaks.iter().all(|p| *p > 0.9), "{when}: {peaks:?}");
+    }
+}
+
+#[test]
 fn the_readme_states_every_peak() {
-    let mut table = String::from("| recording | peak of P, step by step |\n|---|---|\n");
+    let mut table =
+        String::from("| recording | preset | peak of P, step by step |\n|---|---|---|\n");
     for (name, file) in [
-        (
-            "three greased steps, then none",
-            "pce/GO1_slippery_surface.csv",
-        ),
-        ("mattress", "pce/GO1_matress.csv"),
-        ("normal ground", "pce/GO1_normal_surface.csv"),
+        ("three greased steps, then none", SLIPPERY),
+        ("mattress", MATTRESS),
+        ("normal ground", NORMAL),
     ] {
-        let Some(peaks) = stance_peaks(file) else {
+        let (Some(paper), Some([default, stood])) = (stance_peaks(file), default_peaks(file))
+        else {
             return;
         };
-        let peaks: Vec<String> = peaks.iter().map(|peak| format!("{peak:.2}")).collect();
-        table += &format!("| {name} | {} |\n", peaks.join(" · "));
+        for (preset, peaks) in [
+            ("`paper`", paper),
+            ("`default`", default),
+            ("`default`, after a minute of standing", stood),
+        ] {
+            let peaks: Vec<String> = peaks.iter().map(|peak| format!("{peak:.2}")).collect();
+            table += &format!("| {name} | {preset} | {} |\n", peaks.join(" · "));
+        }
     }
     assert_readme_block("go1", &table);
 }

@@ -1,12 +1,19 @@
 //! What holds for the estimator whatever comes in.
 
+use estimator_core::stillness::{
+    Classes, Constants, GravityErrorParams, QuantityParams, SlideParams,
+};
 use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, ContactEstimator, Decision, DecisionParams,
-    DensityEstimator, Flag, Flags, Gravity, GyroTiming, ImuSample, LinearAcceleration, Load,
-    LoadParams, Params, PerAxis, Phase, Residual, RestParams, Saturation, SlideParams,
-    SpecificForce, Timestamp, Validity, Vec3, WindowLength,
+    DensityEstimator, Flag, Gravity, GyroTiming, ImuSample, Learning, Learnt, LinearAcceleration,
+    Load, LoadParams, Method, Params, PerAxis, Phase, RestParams, Saturation, SpecificForce,
+    StillnessParams, Timestamp, Validity, Vec3, WindowLength,
 };
+use footfall::gait::{GaitName, Ground, Plan, SensorParams, record};
+use footfall::recording::Recording;
+use footfall::replay::replay;
 use proptest::prelude::*;
+use std::sync::OnceLock;
 
 const CAPACITY: usize = 128;
 
@@ -89,6 +96,70 @@ prop_compose! {
 }
 
 prop_compose! {
+    fn any_classes()(
+        still in -9.3_f32..=9.3,
+        above in 0.0_f32..=1.0,
+        width in 0.0_f32..=9.3,
+    ) -> Classes {
+        Classes { still, moving: still + above * (9.3 - still), width }
+    }
+}
+
+prop_compose! {
+    fn any_learnt()(
+        [acceleration, rate, velocity] in prop::array::uniform3(any_classes()),
+        still_seconds in 0.0_f32..=1.0e3,
+        moving_seconds in 0.0_f32..=1.0e3,
+        idle_seconds in 0.0_f32..=1.0e6,
+    ) -> Learnt {
+        Learnt { acceleration, rate, velocity, still_seconds, moving_seconds, idle_seconds }
+    }
+}
+
+prop_compose! {
+    fn any_quantity()(
+        floor in scale(1.1e-4, 9.0),
+        still in scale(1.1e-4, 40.0),
+        further in scale(1.0, 1.0e5),
+        width in scale(0.011, 2.9),
+        edge in 0.0_f32..=20.0,
+        inflation in 0.5_f32..=5.0,
+        bandwidth in scale(0.011, 9.0),
+        indifference in 0.0_f32..=1.0,
+        separation in scale(0.011, 9.0),
+    ) -> QuantityParams {
+        QuantityParams {
+            floor, still, moving: (still * further).min(90.0).max(still), width, edge, inflation, bandwidth, indifference, separation,
+        }
+    }
+}
+
+prop_compose! {
+    fn any_stillness()(
+        [acceleration, rate, velocity] in prop::array::uniform3(any_quantity()),
+        (window, leak, impact) in (scale(1.1e-4, 0.9), scale(1.1e-4, 0.9), scale(0.11, 9.0e2)),
+        (part_of_the_way, least_bandwidth) in (0.0_f32..=1.0, scale(0.011, 2.9)),
+        (least_width, widening) in (scale(0.011, 0.9), 1.0_f32..3.0),
+        (prior, memory) in (scale(1.1e-3, 90.0), scale(0.11, 9.0e2)),
+        (stance, motion, relaxation) in (scale(0.011, 90.0), scale(0.011, 90.0), scale(0.11, 9.0e2)),
+        (speed, lever, time_constant, slide_limit) in
+            (scale(1.1e-4, 0.9), 0.0_f32..=10.0, scale(1.1e-3, 9.0), 1.0_f32..=10.0),
+        (quiet, start, quiet_memory, forgetting, error_limit) in
+            (0.01_f32..=1.0, scale(1.1e-3, 9.0), scale(1.1e-3, 90.0), scale(0.011, 9.0e2), 0.0_f32..=10.0),
+    ) -> StillnessParams {
+        StillnessParams {
+            acceleration, rate, velocity, window, leak, impact, part_of_the_way, least_bandwidth,
+            least_width, largest_width: least_width * widening, prior, memory, stance, motion,
+            relaxation,
+            slide: SlideParams { speed, lever, time_constant, limit: slide_limit },
+            gravity_error: GravityErrorParams {
+                quiet, start, memory: quiet_memory, forgetting, limit: error_limit,
+            },
+        }
+    }
+}
+
+prop_compose! {
     /// Parameters from all over their allowed ranges.
     fn any_params()(
         gravity in prop_oneof![Just(Gravity::Included), Just(Gravity::Removed)],
@@ -96,20 +167,17 @@ prop_compose! {
         bandwidth in prop::array::uniform6(scale(2.0e-6, 9.0e2)).prop_map(PerAxis::from_array),
         half_width in prop::array::uniform6(scale(2.0e-6, 9.0e3)).prop_map(PerAxis::from_array),
         sample_rate in scale(21.0, 9.0e3),
-        short_window in prop::option::of((0_u32..=300).prop_map(WindowLength::Samples)),
-        slide in prop::option::of(
-            (scale(1.1e-6, 9.0e2), scale(1.1e-3, 9.0))
-                .prop_map(|(speed, time_constant)| SlideParams { speed, time_constant }),
-        ),
-        residual in prop_oneof![Just(Residual::Kept), Just(Residual::Removed)],
-        tolerance in 0.0_f32..=1.0,
+        method in prop_oneof![3 => Just(Method::SelfCalibrating), 1 => Just(Method::HalfWidths)],
+        learning in prop_oneof![Just(Learning::On), Just(Learning::Frozen)],
+        learnt in prop::option::of(any_learnt()),
+        stillness in prop_oneof![Just(Constants::DEFAULT), any_stillness().prop_map(|params| params.check().expect("constants within their ranges"))],
         attitude in any_attitude(),
         (threshold, on_delay, off_delay) in (0.01_f32..=0.99, 0.0_f32..=0.1, 0.0_f32..=0.1),
         (on_threshold, hysteresis) in (-1.0e3_f32..=1.0e3, 0.0_f32..=1.0e3),
     ) -> Params {
         Params {
-            sample_rate, gravity, residual, window, short_window, slide, bandwidth, half_width,
-            tolerance, attitude,
+            sample_rate, gravity, method, learning, learnt, stillness, window, bandwidth, half_width,
+            attitude,
             decision: DecisionParams { threshold, on_delay, off_delay },
             load: LoadParams { on_threshold, off_threshold: on_threshold - hysteresis },
         }
@@ -119,6 +187,9 @@ prop_compose! {
 fn estimator(params: &Params) -> ContactEstimator<CAPACITY> {
     ContactEstimator::new(&params.validate().expect("parameters in their ranges"))
 }
+
+/// A part's probability may lie below that of the whole by this: rounding.
+const ABOVE_THE_WHOLE: f32 = 1.0e-5;
 
 fn assert_is_sound(estimate: &ContactEstimate) -> Result<(), TestCaseError> {
     let p = estimate.probabilities;
@@ -136,8 +207,13 @@ fn assert_is_sound(estimate: &ContactEstimate) -> Result<(), TestCaseError> {
     ] {
         prop_assert!(vector.is_within(f32::MAX), "{estimate:?}");
     }
-    let gap_alone = estimate.flags == Flags::NONE.with(Flag::TimeGap);
-    if !estimate.flags.is_empty() && !gap_alone {
+    for part in [p.tangential, p.vertical]
+        .into_iter()
+        .chain(p.axes.to_array())
+    {
+        prop_assert!(p.stable <= part + ABOVE_THE_WHOLE, "{estimate:?}");
+    }
+    if estimate.flags.are_doubt() {
         prop_assert_eq!(estimate.decision, Decision::NotStable);
     }
     Ok(())
@@ -158,6 +234,8 @@ proptest! {
             sample.timestamp = Timestamp::from_micros(now);
             assert_is_sound(&estimator.update(&sample, load.map(Load)))?;
         }
+        let learnt = Params { learnt: Some(estimator.learnt()), ..params };
+        prop_assert!(learnt.validate::<CAPACITY>().is_ok(), "{:?}", estimator.learnt());
     }
 
     #[test]
@@ -166,7 +244,7 @@ proptest! {
         value in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
         at in 0_usize..50,
     ) {
-        // One window, whose masses are whole at rest.
+        // Kernels whose masses are whole at rest.
         let params = Params { gravity: Gravity::Removed, bandwidth: Params::DEFAULT.bandwidth, ..Params::PAPER };
         let mut estimator = estimator(&params);
         for k in 0..50_usize {
@@ -202,9 +280,7 @@ proptest! {
         bandwidth in prop::array::uniform6(0.001_f32..0.5),
         wider in prop::array::uniform6(1.0_f32..3.0),
     ) {
-        // Of a speed more is remembered the wider its half-width is, so that it lasts longer.
         let narrow = Params {
-            slide: None,
             bandwidth: PerAxis::from_array(bandwidth),
             half_width: PerAxis::from_array(half_width),
             ..Params::DEFAULT
@@ -252,5 +328,63 @@ proptest! {
             motion.swap(i, (random >> 33) as usize % (i + 1));
         }
         prop_assert_eq!(before, run(&motion));
+    }
+}
+
+/// How far P may lie from that of the same foot with its sensor mounted another way.
+const MOUNTED_OTHERWISE: f32 = 0.01;
+
+/// A walk with gravity, and its P.
+fn walk() -> &'static (Recording, Vec<ContactEstimate>) {
+    static WALK: OnceLock<(Recording, Vec<ContactEstimate>)> = OnceLock::new();
+    WALK.get_or_init(|| {
+        let plan = Plan::steady(GaitName::Walk, Ground::Hard, 8.0, 1);
+        let recording = record(&plan, &SensorParams::LSM6DSOX, 1);
+        let estimates = replay(&recording, &Params::DEFAULT).expect("the preset");
+        (recording, estimates)
+    })
+}
+
+/// `v` turned about `axis`, a unit vector, by `angle` (Rodrigues).
+fn turned(v: Vec3, axis: [f64; 3], angle: f64) -> Vec3 {
+    let v = [v.x, v.y, v.z].map(f64::from);
+    let [x, y, z] = axis;
+    let (sine, cosine) = angle.sin_cos();
+    let along = (v[0] * x + v[1] * y + v[2] * z) * (1.0 - cosine);
+    let cross = [
+        y * v[2] - z * v[1],
+        z * v[0] - x * v[2],
+        x * v[1] - y * v[0],
+    ];
+    let [x, y, z]: [f64; 3] =
+        std::array::from_fn(|k| v[k] * cosine + cross[k] * sine + axis[k] * along);
+    Vec3::new(x as f32, y as f32, z as f32)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    #[test]
+    fn how_the_sensor_is_mounted_does_not_change_the_probability(
+        (height, around) in (-1.0_f64..1.0, 0.0_f64..std::f64::consts::TAU),
+        angle in 0.0_f64..std::f64::consts::PI,
+    ) {
+        let level = (1.0 - height * height).sqrt();
+        let axis = [level * around.cos(), level * around.sin(), height];
+        let (recording, expected) = walk();
+        let mut mounted = recording.clone();
+        for sample in &mut mounted.samples {
+            let (force, rate) = (sample.imu.specific_force.0, sample.imu.angular_rate.0);
+            sample.imu.specific_force = SpecificForce(turned(force, axis, angle));
+            sample.imu.angular_rate = AngularRate(turned(rate, axis, angle));
+        }
+        let estimates = replay(&mounted, &Params::DEFAULT).expect("the preset");
+        for (estimate, expected) in estimates.iter().zip(expected) {
+            let (p, expected) = (estimate.probabilities.stable, expected.probabilities.stable);
+            prop_assert!(
+                (p - expected).abs() <= MOUNTED_OTHERWISE,
+                "{p} instead of {expected} at {} µs", estimate.timestamp.as_micros()
+            );
+        }
     }
 }

@@ -363,11 +363,13 @@ impl Board {
         found.is_some()
     }
 
-    /// Instructions of the function watched, of calls that have returned.
+    /// Instructions of the functions watched, of calls that have returned. Of one that another calls
+    /// they count twice.
     #[must_use]
     pub fn watched_instructions(&self) -> u64 {
-        let watched = self.cpu.machine().watched;
-        watched.map_or(0, |watched| watched.instructions)
+        let machine = self.cpu.machine();
+        let instructions = machine.watched.iter().map(|watched| watched.instructions);
+        instructions.sum()
     }
 
     /// Counts instructions by function from now on.

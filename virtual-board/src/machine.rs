@@ -98,8 +98,8 @@ pub struct Machine {
     pub(crate) probes: HashMap<u32, Probe>,
     /// Instructions by half-word of flash; empty where nobody wants to know.
     pub(crate) profile: Vec<u64>,
-    /// A function whose calls are counted apart, with all that they call.
-    pub(crate) watched: Option<Watched>,
+    /// Functions whose calls are counted apart, with all that they call.
+    pub(crate) watched: Vec<Watched>,
     pub(crate) stop: Option<Stop>,
     pub(crate) failure: Option<Failure>,
     pub(crate) running: Option<RunningBlock>,
@@ -175,7 +175,7 @@ impl Machine {
             faults: Vec::new(),
             probes: HashMap::new(),
             profile: Vec::new(),
-            watched: None,
+            watched: Vec::new(),
             stop: None,
             failure: None,
             running: None,
@@ -192,8 +192,8 @@ impl Machine {
     }
 
     /// Counts the instructions of calls of the function at `address` apart, from now on.
-    pub(crate) const fn watch(&mut self, address: u32) {
-        self.watched = Some(Watched {
+    pub(crate) fn watch(&mut self, address: u32) {
+        self.watched.push(Watched {
             address,
             call: None,
             instructions: 0,
@@ -306,8 +306,8 @@ impl Machine {
     pub(crate) fn enter_block(&mut self, memory: &mut dyn Memory, address: u32, size: u32) {
         if let Some(running) = self.running.take() {
             self.event_sent |= self.charge(&running, address);
-            if let Some(watched) = &mut self.watched {
-                let after = running.address.wrapping_add(running.block.size);
+            let after = running.address.wrapping_add(running.block.size);
+            for watched in &mut self.watched {
                 watched.enter(address, after, self.instructions);
             }
         }

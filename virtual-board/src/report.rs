@@ -35,6 +35,10 @@ const ESTIMATE: u32 = 0x180;
 /// compiler names it.
 const ESTIMATOR: &str = "Mass$GT$$u5d$$GT$6update";
 
+/// The entry of what `ContactEstimator::finish` runs once the estimate has been sent,
+/// `Stillness::finish`.
+const LEARNING: &str = "9stillness9Stillness6finish";
+
 /// What a run is made of.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
@@ -67,6 +71,8 @@ const RECENT: usize = 16;
 struct Log {
     /// From when on it counts.
     settled: u64,
+    /// When the last estimate went to its mailbox.
+    last_estimate: u64,
     instructions: Spread,
     estimator: Spread,
     cycles: Spread,
@@ -177,8 +183,11 @@ impl Log {
 
     fn requests(&mut self, requests: &[(u64, u32)]) {
         for &(time, id) in requests {
-            if id & !0x7F == ESTIMATE
-                && time > self.settled
+            if id & !0x7F != ESTIMATE {
+                continue;
+            }
+            self.last_estimate = time;
+            if time > self.settled
                 && let Some(edge) = self.edge_before(time)
             {
                 self.to_can.push(to_ns(time - edge));
@@ -231,6 +240,7 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     let mut uart = create("uart.bin")?;
     let mut log = Log {
         settled: (first + SETTLING) * MILLISECOND,
+        last_estimate: 0,
         instructions: Spread::default(),
         estimator: Spread::default(),
         cycles: Spread::default(),
@@ -260,24 +270,31 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     deeds.sort_by_key(|deed| deed.ms);
     let mut deeds = deeds.into_iter().peekable();
     board.record_sensor_bus();
-    let watched = board.watch_function(ESTIMATOR);
+    let watched = [ESTIMATOR, LEARNING].map(|function| board.watch_function(function));
+    let watched = watched == [true; 2];
     let (mut last, mut last_watched) = (board.counters(), 0);
+    // From the start of a millisecond to where a tick's count ends.
+    let mut idle = 0;
     for ms in 0..run.milliseconds {
         run.traffic.act(board, first + ms);
         while let Some(deed) = deeds.next_if(|deed| deed.ms <= first + ms) {
             deed.step.act(board);
         }
+        let start = (first + ms) * MILLISECOND;
         if ms == SETTLING {
+            // Half a tick after an estimate the work of its tick is done, whenever the board started.
+            idle = (log.last_estimate + MILLISECOND / 2) % MILLISECOND;
             board.start_profile();
         }
-        board.run_until((first + ms + 1) * MILLISECOND)?;
+        board.run_until(start + idle)?;
         let (now, now_watched) = (board.counters(), board.watched_instructions());
-        if ms >= SETTLING {
+        if ms > SETTLING {
             log.instructions.push(now.instructions - last.instructions);
             log.cycles.push(now.cycles - last.cycles);
             log.estimator.push(now_watched - last_watched);
         }
         (last, last_watched) = (now, now_watched);
+        board.run_until(start + MILLISECOND)?;
         log.bus(board.take_transactions());
         let bytes = board.take_uart();
         uart.write_all(&bytes.iter().map(|sent| sent.byte).collect::<Vec<u8>>())?;

@@ -1,8 +1,8 @@
 //! The values of all settings: what the configuration is, in the form in which it is stored.
 
 use estimator_core::{
-    AccelerometerCorrection, AttitudeParams, DecisionParams, LoadParams, Params, PerAxis, Residual,
-    RestParams, SlideParams, Vec3, WindowLength,
+    AccelerometerCorrection, AttitudeParams, DecisionParams, Learning, Learnt, LoadParams, Method,
+    Params, PerAxis, RestParams, Vec3, WindowLength,
 };
 
 use crate::abort::AbortCode;
@@ -323,27 +323,53 @@ impl Settings {
         }
     }
 
+    /// Where the limits of stillness come from.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        match self.u8(slot!(ESTIMATION, 1)) {
+            0 => Method::SelfCalibrating,
+            _ => Method::HalfWidths,
+        }
+    }
+
+    /// Whether the foot goes on learning.
+    #[must_use]
+    pub fn learning(&self) -> Learning {
+        match self.u8(slot!(ESTIMATION, 2)) {
+            0 => Learning::Frozen,
+            _ => Learning::On,
+        }
+    }
+
+    /// What the foot starts with, where it has learnt anything before.
+    #[must_use]
+    pub fn learnt(&self) -> Option<Learnt> {
+        let learnt = Learnt::from_array(self.array(slot!(LEARNT, 1)));
+        (learnt.still_seconds != 0.0 || learnt.moving_seconds != 0.0).then_some(learnt)
+    }
+
+    /// Changes what the foot starts with, or says why not and changes nothing.
+    ///
+    /// # Errors
+    /// A number is outside its limits, or they do not go together.
+    pub fn set_learnt(&mut self, learnt: Option<Learnt>) -> Result<(), AbortCode> {
+        let mut candidate = self.clone();
+        for (subindex, number) in (1..).zip(learnt.unwrap_or_default().to_array()) {
+            candidate.put(Address::new(index::LEARNT, subindex), Value::F32(number))?;
+        }
+        candidate.check()?;
+        *self = candidate;
+        Ok(())
+    }
+
     /// The parameters of the estimator.
     #[must_use]
     pub fn params(&self) -> Params {
         Params {
-            residual: match self.u8(slot!(WITNESSES, 5)) {
-                0 => Residual::Kept,
-                _ => Residual::Removed,
-            },
+            method: self.method(),
+            learning: self.learning(),
+            learnt: self.learnt(),
             window: WindowLength::Duration(self.seconds(slot!(WINDOW, 0))),
-            short_window: match self.seconds(slot!(WITNESSES, 1)) {
-                0.0 => None,
-                seconds => Some(WindowLength::Duration(seconds)),
-            },
-            slide: match self.f32(slot!(WITNESSES, 2)) {
-                0.0 => None,
-                speed => Some(SlideParams {
-                    speed,
-                    time_constant: self.f32(slot!(WITNESSES, 3)),
-                }),
-            },
-            tolerance: self.f32(slot!(WITNESSES, 4)),
             bandwidth: self.per_axis(slot!(BANDWIDTH, 1)),
             half_width: self.per_axis(slot!(HALF_WIDTH, 1)),
             attitude: AttitudeParams {
@@ -376,13 +402,18 @@ impl Settings {
 
     /// The six parts of an array whose first one is in slot `first`.
     fn per_axis(&self, first: usize) -> PerAxis<f32> {
-        PerAxis::from_array([0, 1, 2, 3, 4, 5].map(|axis| self.f32(first + axis)))
+        PerAxis::from_array(self.array(first))
     }
 
     /// The three parts of which the first one is in slot `first`.
     fn vector(&self, first: usize) -> Vec3 {
-        let [x, y, z] = [0, 1, 2].map(|axis| self.f32(first + axis));
+        let [x, y, z] = self.array(first);
         Vec3::new(x, y, z)
+    }
+
+    /// The numbers from slot `first` on.
+    fn array<const N: usize>(&self, first: usize) -> [f32; N] {
+        core::array::from_fn(|i| self.f32(first + i))
     }
 
     fn seconds(&self, slot: usize) -> f32 {
@@ -427,6 +458,7 @@ fn find(address: Address) -> Result<(&'static Entry, usize), AbortCode> {
 mod tests {
     use super::*;
     use crate::dictionary::Limits;
+    use estimator_core::stillness::Classes;
 
     #[test]
     fn the_defaults_are_the_estimators_own() {
@@ -437,16 +469,36 @@ mod tests {
 
     #[test]
     fn every_limit_of_a_parameter_is_that_of_the_estimator() {
-        let parameters = index::WINDOW..=index::LOAD_INPUT;
+        // With what was learnt as far apart as it may be, so that each number can be anything.
+        let base = {
+            let classes = Classes {
+                still: -9.3,
+                moving: 9.3,
+                width: 1.0,
+            };
+            let mut settings = Settings::default();
+            let learnt = Learnt {
+                acceleration: classes,
+                rate: classes,
+                velocity: classes,
+                still_seconds: 1.0,
+                moving_seconds: 1.0,
+                idle_seconds: 0.0,
+            };
+            assert_eq!(settings.set_learnt(Some(learnt)), Ok(()));
+            settings
+        };
+        let parameters = index::WINDOW..=index::LEARNT;
+        let others = [index::ESTIMATION, index::ACCELEROMETER];
         for (address, entry) in dictionary::settings() {
-            if !parameters.contains(&address.index) {
+            if !parameters.contains(&address.index) || others.contains(&address.index) {
                 continue;
             }
             let Limits::Range(low, high) = entry.limits else {
                 panic!("{address:?} has no range");
             };
             for value in [low, high] {
-                let mut settings = Settings::default();
+                let mut settings = base.clone();
                 // Away from the other load threshold.
                 let pair = Address::new(index::LOAD_INPUT, if value == low { 5 } else { 4 });
                 if address.index == index::LOAD_INPUT && address.subindex >= 4 {
@@ -470,7 +522,7 @@ mod tests {
             }
             for value in outside {
                 let (_, slot) = find(address).expect("a setting");
-                let mut settings = Settings::default();
+                let mut settings = base.clone();
                 settings.raw[slot] = value.to_raw();
                 let refused = settings.params().validate::<WINDOW_CAPACITY>();
                 assert!(refused.is_err(), "{address:?} may be {value:?}");
@@ -479,32 +531,72 @@ mod tests {
     }
 
     #[test]
-    fn what_testifies_beside_the_window_can_be_left_out() {
+    fn the_method_and_learning_are_switches() {
         let mut settings = Settings::default();
-        for (subindex, value) in [
-            (1, Value::U32(0)),
-            (2, Value::F32(0.0)),
-            (4, Value::F32(0.0)),
-            (5, Value::U8(0)),
-        ] {
-            let address = Address::new(index::WITNESSES, subindex);
-            assert_eq!(settings.set(address, value), Ok(()));
+        for (subindex, value) in [(1, 1), (2, 0)] {
+            let address = Address::new(index::ESTIMATION, subindex);
+            assert_eq!(settings.set(address, Value::U8(value)), Ok(()));
         }
         let expected = Params {
-            short_window: None,
-            slide: None,
-            tolerance: 0.0,
-            residual: Residual::Kept,
+            method: Method::HalfWidths,
+            learning: Learning::Frozen,
             ..Params::DEFAULT
         };
         assert_eq!(settings.params(), expected);
-        // Between none and the least there is nothing.
-        let speed = Address::new(index::WITNESSES, 2);
+    }
+
+    fn learnt() -> Learnt {
+        Learnt::from_array([
+            -1.0, 2.0, 0.3, -2.5, 1.0, 0.4, -3.0, 1.5, 0.5, 4.0, 3.0, 20.0,
+        ])
+    }
+
+    #[test]
+    fn what_was_learnt_is_written_number_by_number_with_its_seconds_last() {
+        let mut settings = Settings::default();
+        let numbers = learnt().to_array();
+        for (subindex, number) in (1..).zip(numbers) {
+            assert_eq!(settings.learnt().is_some(), subindex > 10);
+            let address = Address::new(index::LEARNT, subindex);
+            assert_eq!(settings.set(address, Value::F32(number)), Ok(()));
+        }
+        assert_eq!(settings.params().learnt, Some(learnt()));
+        let mut at_once = Settings::default();
+        assert_eq!(at_once.set_learnt(Some(learnt())), Ok(()));
+        assert_eq!(at_once, settings);
+        // Stored, it comes back, in both orders.
+        let stored: std::vec::Vec<_> = settings.iter().collect();
         assert_eq!(
-            settings.set(speed, Value::F32(1.0e-7)),
+            Settings::set_all(stored.iter().copied()),
+            (settings.clone(), 0)
+        );
+        assert_eq!(
+            Settings::set_all(stored.into_iter().rev()),
+            (settings.clone(), 0)
+        );
+        assert_eq!(settings.set_learnt(None), Ok(()));
+        assert_eq!(settings, Settings::default());
+    }
+
+    #[test]
+    fn what_cannot_have_been_learnt_is_refused() {
+        let mut settings = Settings::default();
+        assert_eq!(settings.set_learnt(Some(learnt())), Ok(()));
+        let before = settings.clone();
+        // Motion below stillness.
+        let moving = Address::new(index::LEARNT, 2);
+        assert_eq!(
+            settings.set(moving, Value::F32(-1.5)),
             Err(AbortCode::Incompatible)
         );
-        assert_eq!(settings.params(), expected);
+        let mut numbers = learnt().to_array();
+        numbers[4] = -4.0;
+        let swapped = settings.set_learnt(Some(Learnt::from_array(numbers)));
+        assert_eq!(swapped, Err(AbortCode::Incompatible));
+        numbers[4] = f32::NAN;
+        let no_number = settings.set_learnt(Some(Learnt::from_array(numbers)));
+        assert_eq!(no_number, Err(AbortCode::InvalidValue));
+        assert_eq!(settings, before);
     }
 
     #[test]
@@ -512,7 +604,7 @@ mod tests {
         let mut settings = Settings::default();
         let window = Address::new(index::WINDOW, 0);
         assert_eq!(settings.set(window, Value::U32(40_000)), Ok(()));
-        for newer in [index::WITNESSES, index::ACCELEROMETER] {
+        for newer in [index::ESTIMATION, index::ACCELEROMETER, index::LEARNT] {
             let older = settings.iter().filter(|(address, _)| address.index < newer);
             assert_eq!(Settings::set_all(older), (settings.clone(), 0));
         }

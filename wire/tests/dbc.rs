@@ -134,7 +134,8 @@ impl Truth {
             "Valid" => yes(valid),
             "Fault" => yes(fault),
             "Saturated" | "SampleSaturated" => flag(Flag::Saturated),
-            "Settling" => yes(self.estimate.flags.contains(Flag::WindowNotFull)
+            "Settling" => flag(Flag::Settling),
+            "Starting" => yes(self.estimate.flags.contains(Flag::WindowNotFull)
                 || self.estimate.flags.contains(Flag::AttitudeNotInitialised)),
             "WindowNotFull" => flag(Flag::WindowNotFull),
             "AttitudeNotInitialised" => flag(Flag::AttitudeNotInitialised),

@@ -7,8 +7,8 @@ use canopen_rs::sdo::{SdoClient, SdoEvent};
 use canopen_rs::time::TimeOfDay;
 use canopen_rs::{DataType as PeerType, Entry as PeerEntry, ObjectDictionary, Value as PeerValue};
 use estimator_core::{
-    AngularRate, ContactEstimate, Decision, LinearAcceleration, PerAxis, Probabilities, Quaternion,
-    Timestamp, Vec3,
+    AngularRate, ContactEstimate, Decision, Learnt, LinearAcceleration, PerAxis, Probabilities,
+    Quaternion, Timestamp, Vec3,
 };
 use wire::dictionary::{self, Access, Limits, Role, SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{Calibration, CalibrationState, Command, Crash, State};
@@ -777,43 +777,80 @@ fn sync_and_time_are_passed_on() {
     }
 }
 
+/// What a foot has learnt that has walked for a while.
+fn learnt() -> Learnt {
+    Learnt::from_array([
+        -1.0, 2.0, 0.3, -2.5, 1.0, 0.4, -3.0, 1.5, 0.5, 4.0, 3.0, 20.0,
+    ])
+}
+
+const KEEP: Value = Value::U8(1);
+const FORGET: Value = Value::U8(2);
+
 #[test]
-fn the_calibration_is_proposed_first_and_accepted_by_a_second_command() {
+fn what_the_foot_has_learnt_can_be_read_kept_and_forgotten() {
     let mut node = node();
     let command = Address::new(index::CALIBRATION, 1);
-    let proposal = PerAxis::from_array([0.5, 0.6, 0.7, 0.05, 0.06, 0.07]);
-    assert_eq!(
-        refused(&mut node, command, Value::U8(2)),
-        AbortCode::InvalidValue
-    );
-    assert_eq!(
-        refused(&mut node, command, Value::U8(4)),
-        AbortCode::TooHigh
-    );
+    let state = |node: &mut Node, expected: CalibrationState| {
+        let address = Address::new(index::CALIBRATION, 2);
+        assert_eq!(node.read(address), Ok(Value::U8(expected.code())));
+    };
+    state(&mut node, CalibrationState::Settling);
+    assert_eq!(refused(&mut node, command, KEEP), AbortCode::InvalidValue);
+    for (value, code) in [(0, AbortCode::TooLow), (3, AbortCode::TooHigh)] {
+        assert_eq!(refused(&mut node, command, Value::U8(value)), code);
+    }
+    node.set_learnt(learnt());
+    state(&mut node, CalibrationState::Settled);
+    for (subindex, number) in (3..).zip(learnt().to_array()) {
+        let address = Address::new(index::CALIBRATION, subindex);
+        let expected = Ok(PeerValue::Real32(number));
+        assert_eq!(read(&mut node, address, DataType::Real32), expected);
+    }
     node.command(Command::StartRemoteNode);
-    let (result, events) = write(&mut node, command, Value::U8(1));
-    assert_eq!(
-        (result, events),
-        (Ok(()), vec![Event::Calibration(Calibration::Start)])
-    );
-    node.set_calibration(CalibrationState::Ready(proposal));
-    assert_eq!(
-        refused(&mut node, command, Value::U8(2)),
-        AbortCode::DeviceState
-    );
-    let proposed = read(
-        &mut node,
-        Address::new(index::CALIBRATION, 8),
-        DataType::Real32,
-    );
-    assert_eq!(proposed, Ok(PeerValue::Real32(0.07)));
+    for value in [KEEP, FORGET] {
+        assert_eq!(refused(&mut node, command, value), AbortCode::DeviceState);
+    }
     node.command(Command::EnterPreOperational);
-    let (result, events) = write(&mut node, command, Value::U8(2));
+    assert_eq!(node.settings().params().learnt, None);
+    let (result, events) = write(&mut node, command, KEEP);
     assert_eq!(
         (result, events),
-        (Ok(()), vec![Event::Calibration(Calibration::Accept)])
+        (Ok(()), vec![Event::Calibration(Calibration::Keep)])
     );
-    assert_eq!(node.settings().params().half_width, proposal);
+    assert_eq!(node.settings().params().learnt, Some(learnt()));
+    let (result, events) = write(&mut node, command, FORGET);
+    assert_eq!(
+        (result, events),
+        (Ok(()), vec![Event::Calibration(Calibration::Forget)])
+    );
+    assert_eq!(node.settings(), &Settings::default());
+    // Also before it is published again.
+    state(&mut node, CalibrationState::Settling);
+    assert_eq!(refused(&mut node, command, KEEP), AbortCode::InvalidValue);
+}
+
+#[test]
+fn the_calibration_is_frozen_where_nothing_can_be_learnt() {
+    for (subindex, value) in [(1, 1), (2, 0)] {
+        let mut node = node();
+        node.set_learnt(learnt());
+        let address = Address::new(index::ESTIMATION, subindex);
+        assert!(node.write(address, &[value]).is_ok());
+        let state = node.read(Address::new(index::CALIBRATION, 2));
+        assert_eq!(state, Ok(Value::U8(CalibrationState::Frozen.code())));
+    }
+}
+
+#[test]
+fn what_is_not_within_the_limits_of_the_settings_is_not_kept() {
+    let mut node = node();
+    let mut numbers = learnt().to_array();
+    numbers[1] = 10.0;
+    node.set_learnt(Learnt::from_array(numbers));
+    let command = Address::new(index::CALIBRATION, 1);
+    assert_eq!(refused(&mut node, command, KEEP), AbortCode::TooHigh);
+    assert_eq!(node.settings(), &Settings::default());
 }
 
 #[test]
@@ -1007,14 +1044,15 @@ fn a_client_that_gives_up_ends_its_transfer() {
 }
 
 #[test]
-fn the_lock_keeps_a_calibration_from_being_accepted() {
+fn the_lock_keeps_a_calibration_from_being_kept_or_forgotten() {
     let mut node = node();
-    let proposal = PerAxis::from_array([0.5, 0.6, 0.7, 0.05, 0.06, 0.07]);
-    node.set_calibration(CalibrationState::Ready(proposal));
+    node.set_learnt(learnt());
     assert!(node.write(Address::new(index::LOCK, 0), &[1]).is_ok());
     let command = Address::new(index::CALIBRATION, 1);
-    assert_eq!(refused(&mut node, command, Value::U8(2)), AbortCode::Locked);
-    assert_ne!(node.settings().params().half_width, proposal);
+    for value in [KEEP, FORGET] {
+        assert_eq!(refused(&mut node, command, value), AbortCode::Locked);
+    }
+    assert_eq!(node.settings().params().learnt, None);
 }
 
 #[test]
@@ -1101,7 +1139,7 @@ fn an_id_given_by_lss_counts_until_power_off_though_it_is_not_stored() {
 
 #[test]
 fn a_node_takes_a_tenth_of_what_the_peers_takes() {
-    const VALUES: usize = 233;
+    const VALUES: usize = 249;
     let ours = size_of::<Node>();
     let counts = dictionary::OBJECTS
         .iter()

@@ -1,6 +1,7 @@
 //! How quiet the foot is, and so how much an accelerometer sample says about up.
 
 use super::inclination::Correction;
+use crate::order::Order;
 use crate::params::{DEGREE, STANDARD_GRAVITY};
 use crate::vector::Vec3;
 
@@ -94,17 +95,17 @@ impl Quietness {
         self.mean += difference * mean_gain;
 
         let from_one_g = (force_magnitude - STANDARD_GRAVITY).abs();
-        let deviation = (distance + MAGNITUDE_WEIGHT * from_one_g).min(LARGEST_DEVIATION);
-        let rate = rate_magnitude.min(LARGEST_RATE);
+        let deviation = (distance + MAGNITUDE_WEIGHT * from_one_g).lesser(LARGEST_DEVIATION);
+        let rate = rate_magnitude.lesser(LARGEST_RATE);
         let release = dt / (RELEASE_TIME_CONSTANT + dt);
         self.deviation += release * (deviation - self.deviation);
         self.rate += release * (rate - self.rate);
 
         let deviation =
-            self.deviation.max(ATTACK * deviation) * self.coefficients.inverse_acceleration;
-        let rate = self.rate.max(ATTACK * rate) * self.coefficients.inverse_rate;
+            self.deviation.greater(ATTACK * deviation) * self.coefficients.inverse_acceleration;
+        let rate = self.rate.greater(ATTACK * rate) * self.coefficients.inverse_rate;
         let unrest = deviation * deviation + rate * rate;
-        ((1.0 + unrest * unrest) * self.coefficients.least_noise).min(1.0)
+        ((1.0 + unrest * unrest) * self.coefficients.least_noise).lesser(1.0)
     }
 
     /// Follows a correction of the world frame.

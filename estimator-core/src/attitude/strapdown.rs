@@ -11,9 +11,19 @@ const LARGEST_TURN_SQUARED: f32 = 1.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Turn {
     /// The sensor turned by this much, in its own frame.
-    By(Quaternion),
+    By(Increment),
     /// It is not known how far it turned.
     Unknown,
+}
+
+/// A turn and how far it may be wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Increment {
+    /// From the sensor's axes at this sample to those at the sample before.
+    pub(super) turn: Quaternion,
+    /// Square of what lies between a change of rate right after the sample before and one right
+    /// before this sample, rad².
+    pub(super) spread_squared: f32,
 }
 
 /// The gyroscope's previous sample and its delay.
@@ -41,10 +51,14 @@ impl Strapdown {
         let change = rate - self.previous_rate;
         self.previous_rate = rate;
         let angle = (rate - bias) * step.seconds + change * (self.gyro_delay - 0.5 * step.seconds);
-        if step.continuity == Continuity::Gap || angle.dot(angle) > LARGEST_TURN_SQUARED {
+        if step.continuity == Continuity::Interrupted || angle.dot(angle) > LARGEST_TURN_SQUARED {
             return Turn::Unknown;
         }
-        Turn::By(Quaternion::from_small_rotation(angle))
+        let spread = change * step.seconds;
+        Turn::By(Increment {
+            turn: Quaternion::from_small_rotation(angle),
+            spread_squared: spread.dot(spread),
+        })
     }
 }
 
@@ -62,11 +76,12 @@ mod tests {
         let mut strapdown = Strapdown::new(0.0);
         strapdown.start(Vec3::new(0.0, 0.0, 2.0));
         let turn = strapdown.turn(Vec3::new(0.0, 0.0, 2.0), Vec3::new(0.0, 0.0, 0.5), STEP);
-        let Turn::By(quaternion) = turn else {
+        let Turn::By(increment) = turn else {
             panic!("{turn:?}");
         };
         // Half of 1.5 rad/s · 1 ms.
-        assert!((quaternion.z - 0.75e-3).abs() < 1e-9, "{quaternion:?}");
+        assert!((increment.turn.z - 0.75e-3).abs() < 1e-9, "{increment:?}");
+        assert_eq!(increment.spread_squared, 0.0);
     }
 
     #[test]
@@ -74,20 +89,44 @@ mod tests {
         let mut strapdown = Strapdown::new(0.5e-3);
         strapdown.start(Vec3::ZERO);
         let turn = strapdown.turn(Vec3::new(1.0, 0.0, 0.0), Vec3::ZERO, STEP);
-        assert_eq!(
-            turn,
-            Turn::By(Quaternion::from_small_rotation(Vec3::new(1.0e-3, 0.0, 0.0)))
+        let increment = Increment {
+            turn: Quaternion::from_small_rotation(Vec3::new(1.0e-3, 0.0, 0.0)),
+            spread_squared: 1.0e-3 * 1.0e-3,
+        };
+        assert_eq!(turn, Turn::By(increment));
+    }
+
+    #[test]
+    fn across_a_gap_the_foot_turns_at_the_mean_of_the_rates_on_both_sides() {
+        let mut strapdown = Strapdown::new(0.0);
+        strapdown.start(Vec3::new(1.0, 0.0, 0.0));
+        let gap = Step {
+            seconds: 0.05,
+            continuity: Continuity::Gap,
+        };
+        let turn = strapdown.turn(Vec3::new(3.0, 0.0, 0.0), Vec3::ZERO, gap);
+        let Turn::By(increment) = turn else {
+            panic!("{turn:?}");
+        };
+        // Half of 2 rad/s · 50 ms.
+        assert!((increment.turn.x - 0.05).abs() < 1e-4, "{increment:?}");
+        assert!(
+            (increment.spread_squared - 0.01).abs() < 1e-6,
+            "{increment:?}"
         );
     }
 
     #[test]
-    fn across_a_gap_or_at_an_impossible_rate_the_turn_is_unknown() {
+    fn after_an_interruption_or_at_an_impossible_rate_the_turn_is_unknown() {
         let mut strapdown = Strapdown::new(0.0);
-        let gap = Step {
-            seconds: 0.1,
-            continuity: Continuity::Gap,
+        let interruption = Step {
+            seconds: 0.001,
+            continuity: Continuity::Interrupted,
         };
-        assert_eq!(strapdown.turn(Vec3::ZERO, Vec3::ZERO, gap), Turn::Unknown);
+        assert_eq!(
+            strapdown.turn(Vec3::ZERO, Vec3::ZERO, interruption),
+            Turn::Unknown
+        );
         let spin = Vec3::new(0.0, 999.0, 999.0);
         strapdown.start(spin);
         assert_eq!(strapdown.turn(spin, Vec3::ZERO, STEP), Turn::Unknown);

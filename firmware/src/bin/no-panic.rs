@@ -17,10 +17,12 @@ use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
+use estimator_core::stillness::{GravityErrorParams, QuantityParams, SlideParams};
 use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, ContactEstimator, DecisionParams, Gravity,
-    ImuSample, Load, LoadParams, Params, PerAxis, Phase, Probabilities, Quaternion, Residual,
-    RestParams, Saturation, SlideParams, SpecificForce, Timestamp, Validity, Vec3, WindowLength,
+    ImuSample, Learning, Learnt, Load, LoadParams, Method, Params, PerAxis, Phase, Probabilities,
+    Quaternion, RestParams, Saturation, SpecificForce, StillnessParams, Timestamp, Validity, Vec3,
+    WindowLength,
 };
 use lsm6dsox::{Config, FrequencyFine, FrozenDetector, Lsm6dsox, SensorTimestamp};
 use wire::node::BootCause;
@@ -140,21 +142,73 @@ fn any_window() -> WindowLength {
     }
 }
 
+fn any_quantity() -> QuantityParams {
+    QuantityParams {
+        floor: any(),
+        still: any(),
+        moving: any(),
+        width: any(),
+        edge: any(),
+        inflation: any(),
+        bandwidth: any(),
+        indifference: any(),
+        separation: any(),
+    }
+}
+
+fn any_stillness() -> StillnessParams {
+    StillnessParams {
+        acceleration: any_quantity(),
+        rate: any_quantity(),
+        velocity: any_quantity(),
+        window: any(),
+        leak: any(),
+        impact: any(),
+        part_of_the_way: any(),
+        least_bandwidth: any(),
+        least_width: any(),
+        largest_width: any(),
+        prior: any(),
+        memory: any(),
+        stance: any(),
+        motion: any(),
+        relaxation: any(),
+        slide: SlideParams {
+            speed: any(),
+            lever: any(),
+            time_constant: any(),
+            limit: any(),
+        },
+        gravity_error: GravityErrorParams {
+            quiet: any(),
+            start: any(),
+            memory: any(),
+            forgetting: any(),
+            limit: any(),
+        },
+    }
+}
+
+fn any_learnt() -> Learnt {
+    Learnt::from_array(any())
+}
+
 fn any_params() -> Params {
     Params {
         sample_rate: any(),
-        window: any_window(),
-        short_window: any_bool().then(any_window),
-        slide: any_bool().then(|| SlideParams {
-            speed: any(),
-            time_constant: any(),
-        }),
-        residual: if any_bool() {
-            Residual::Kept
+        method: if any_bool() {
+            Method::SelfCalibrating
         } else {
-            Residual::Removed
+            Method::HalfWidths
         },
-        tolerance: any(),
+        learning: if any_bool() {
+            Learning::On
+        } else {
+            Learning::Frozen
+        },
+        learnt: any_bool().then(any_learnt),
+        stillness: any_stillness().check().unwrap_or_default(),
+        window: any_window(),
         bandwidth: any_per_axis(),
         half_width: any_per_axis(),
         gravity: if any_bool() {
@@ -240,8 +294,13 @@ fn estimator() {
     while any_bool() {
         let load = any_bool().then(|| Load(any()));
         used(estimator.update(&any_sample(), load));
+        let learnt = estimator.learnt();
+        used(learnt.is_settled());
+        used(learnt.to_array());
     }
     used(estimator_core::erf::erf(any()));
+    used(estimator_core::logarithm::ln(any()));
+    used(estimator_core::logarithm::exp(any()));
 }
 
 /// A bus that answers anything, or fails, or is not ready.
@@ -438,6 +497,7 @@ fn node() {
                 let accelerometer = node.settings().accelerometer();
                 used(accelerometer.apply(any_sample().specific_force));
             }
+            7 => node.set_learnt(any_learnt()),
             _ => used(node.settings().params().validate::<256>()),
         }
     }

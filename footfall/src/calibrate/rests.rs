@@ -192,7 +192,7 @@ mod tests {
             )
         });
         assert_eq!(rests(&recording(turn)), []);
-        let fast = vec![([0.0, 0.0, 9.8], [0.0, 0.0, 0.05]); 1000];
+        let fast = vec![([0.0, 0.0, 9.8], [0.0, 0.0, 0.2]); 1000];
         assert_eq!(rests(&recording(fast)), []);
         let broken = vec![([f32::NAN, 0.0, 9.8], [0.0; 3]); 1000];
         assert_eq!(rests(&recording(broken)), []);

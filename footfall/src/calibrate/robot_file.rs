@@ -1,8 +1,10 @@
 //! The configuration file that a calibration leaves behind: what [`config`](crate::config) reads.
 
+use estimator_core::Learnt;
+use estimator_core::stillness::Classes;
 use toml::{Table, Value};
 
-use super::half_width::HalfWidths;
+use super::learnt::LearntFoot;
 use super::sensor::SensorCalibration;
 
 /// A configuration file with calibrated values in it.
@@ -24,29 +26,49 @@ impl RobotFile {
         })
     }
 
-    /// Sets the half-widths.
-    pub fn set_half_widths(&mut self, half_widths: &HalfWidths) {
-        let recordings: Vec<&str> = half_widths
+    /// Sets what a foot has learnt.
+    pub fn set_learnt(&mut self, foot: &LearntFoot) {
+        let recordings: Vec<&str> = foot
             .recordings
             .iter()
-            .map(|r| r.recording.as_str())
+            .map(|from| from.recording.as_str())
             .collect();
         self.remarks.push(format!(
-            "half-widths from {} steps of {}",
-            half_widths.steps,
+            "learnt from {:.1} s of stance and {:.1} s of swing in {}",
+            foot.stance_s,
+            foot.swing_s,
             recordings.join(", ")
         ));
-        let [ax, ay, az, wx, wy, wz] = half_widths.half_width.to_array();
-        self.set(
-            "half_width",
-            "acceleration_m_s2",
-            &[("ax", ax), ("ay", ay), ("az", az)],
-        );
-        self.set(
-            "half_width",
-            "angular_rate_rad_s",
-            &[("wx", wx), ("wy", wy), ("wz", wz)],
-        );
+        let Learnt {
+            acceleration,
+            rate,
+            velocity,
+            still_seconds,
+            moving_seconds,
+            idle_seconds,
+        } = foot.learnt;
+        // What was learnt before is replaced as a whole.
+        self.tables.remove("learnt");
+        for (key, seconds) in [
+            ("still_seconds", still_seconds),
+            ("moving_seconds", moving_seconds),
+            ("idle_seconds", idle_seconds),
+        ] {
+            self.set("learnt", key, Value::Float(shortest(seconds)));
+        }
+        for (key, classes) in [
+            ("acceleration", acceleration),
+            ("rate", rate),
+            ("velocity", velocity),
+        ] {
+            let Classes {
+                still,
+                moving,
+                width,
+            } = classes;
+            let values = [("still", still), ("moving", moving), ("width", width)];
+            self.set("learnt", key, table(&values));
+        }
     }
 
     /// Sets what is wrong with the sensor.
@@ -62,31 +84,27 @@ impl RobotFile {
         self.set(
             "accelerometer",
             "bias_m_s2",
-            &[("ax", bx), ("ay", by), ("az", bz)],
+            table(&[("ax", bx), ("ay", by), ("az", bz)]),
         );
         self.set(
             "accelerometer",
             "scale",
-            &[("ax", sx), ("ay", sy), ("az", sz)],
+            table(&[("ax", sx), ("ay", sy), ("az", sz)]),
         );
         self.set(
             "gyroscope",
             "bias_rad_s",
-            &[("wx", gx), ("wy", gy), ("wz", gz)],
+            table(&[("wx", gx), ("wy", gy), ("wz", gz)]),
         );
     }
 
-    fn set(&mut self, table: &str, key: &str, axes: &[(&str, f32)]) {
-        let axes: Table = axes
-            .iter()
-            .map(|(axis, value)| ((*axis).to_owned(), Value::Float(shortest(*value))))
-            .collect();
+    fn set(&mut self, table: &str, key: &str, value: Value) {
         let table = self
             .tables
             .entry(table)
             .or_insert_with(|| Value::Table(Table::new()));
         if let Some(table) = table.as_table_mut() {
-            table.insert(key.to_owned(), Value::Table(axes));
+            table.insert(key.to_owned(), value);
         }
     }
 
@@ -98,7 +116,16 @@ impl RobotFile {
     }
 }
 
+fn table(values: &[(&str, f32)]) -> Value {
+    let values = values.iter();
+    let values = values.map(|(key, value)| ((*key).to_owned(), Value::Float(shortest(*value))));
+    Value::Table(values.collect())
+}
+
 /// The f64 with the fewest digits that reads back as the same f32.
 fn shortest(value: f32) -> f64 {
-    value.to_string().parse().unwrap_or(f64::from(value))
+    let exact = f64::from(value);
+    let short: f64 = value.to_string().parse().unwrap_or(exact);
+    // Reading by way of f64 rounds twice.
+    if short as f32 == value { short } else { exact }
 }

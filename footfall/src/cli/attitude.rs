@@ -46,6 +46,7 @@ impl AttitudeArguments {
                 loaded.notices.iter().for_each(tell);
                 let file = input.display().to_string();
                 let origins = configuration.origins(&file, self.sample_rate, None);
+                origins.check_effects(&params)?;
                 let estimates = replay(&loaded.recording, &params)
                     .map_err(|error| origins.explain(&error, &params))?;
                 Ok(InclinationScore::of(&loaded.recording, &estimates, &truth))

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::recording::{Configuration, RecordingArguments};
 use crate::calibrate::CalibrationError;
-use crate::calibrate::half_width::HalfWidthCalibration;
+use crate::calibrate::learnt::LearntCalibration;
 use crate::calibrate::robot_file::RobotFile;
 use crate::calibrate::sensor::SensorCalibration;
 use crate::config::ConfigError;
@@ -23,11 +23,11 @@ use crate::targets;
 /// What `footfall calibrate` takes.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
-    /// Recordings of one foot that walks on good ground; or with --rests of one sensor that lies
-    /// still on each of its six sides. No labels are used; the load is, where it was recorded
+    /// Recordings of one foot that walks; or with --rests of one sensor that lies still on each of
+    /// its six sides. Neither labels nor the load are used
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
-    /// Find accelerometer bias and scale and gyroscope bias instead of half-widths
+    /// Find accelerometer bias and scale and gyroscope bias instead
     #[arg(long, conflicts_with = "plot")]
     pub rests: bool,
     /// How they are read, and with which parameters.
@@ -36,7 +36,7 @@ pub struct CalibrateArguments {
     /// Write a file for --config: what --config set before, with what was found in its place
     #[arg(long, value_name = "OUT.toml")]
     pub output: Option<PathBuf>,
-    /// Write each axis' distribution with ± its half-width, which is an SVG
+    /// Draw how the amplitudes are distributed at rest and in motion, which is an SVG
     #[arg(long, value_name = "OUT.svg")]
     pub plot: Option<PathBuf>,
     /// Print the report as one JSON object
@@ -54,37 +54,39 @@ impl CalibrateArguments {
         if self.rests {
             self.calibrate_sensor(&configuration)
         } else {
-            self.calibrate_half_widths(&configuration)
+            self.learn(&configuration)
         }
     }
 
-    fn calibrate_half_widths(&self, configuration: &Configuration) -> Result<(), Error> {
+    fn learn(&self, configuration: &Configuration) -> Result<(), Error> {
         let hints = self.recording.hints(configuration)?;
         let mut calibration = None;
         for input in &self.inputs {
             let opened = Opened::new(input, self.recording.format)?;
             let params = self.recording.params(configuration, opened.format());
-            let loaded = opened.read(&hints)?;
-            loaded.notices.iter().for_each(tell);
             let file = input.display().to_string();
             let origins = configuration.origins(&file, self.recording.sample_rate, None);
+            origins.check_effects(&params)?;
+            let calibration = match &mut calibration {
+                Some(calibration) => calibration,
+                none => none.insert(LearntCalibration::new(&params)?),
+            };
+            let loaded = opened.read(&hints)?;
+            loaded.notices.iter().for_each(tell);
             calibration
-                .get_or_insert_with(|| HalfWidthCalibration::new(&params))
                 .add(&loaded.recording)
                 .map_err(|error| origins.explain(&error, &params))?;
         }
         let Some(calibration) = calibration else {
             return Ok(());
         };
-        let half_widths = calibration.finish()?;
+        let foot = calibration.finish()?;
         if let Some(path) = &self.plot {
             write_file(path, |to| {
-                to.write_all(plot::distribution::svg(&half_widths)?.as_bytes())
+                to.write_all(plot::distribution::svg(&foot)?.as_bytes())
             })?;
         }
-        self.hand_over(configuration, &half_widths, |file| {
-            file.set_half_widths(&half_widths);
-        })
+        self.hand_over(configuration, &foot, |file| file.set_learnt(&foot))
     }
 
     fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {

@@ -9,23 +9,16 @@
 //! let text = r#"
 //! sample_rate_hz = 500.0
 //! gravity = "included"            # or "removed"
-//! window = "50ms"                 # or "25samples"
-//! short_window = "10ms"           # or "none"
-//! residual = "removed"            # what gravity's removal leaves; or "kept"
-//! tolerance = 0.4                 # how well half-widths are known, as a part of themselves
+//! method = "self_calibrating"     # or "half_widths", see below
+//! learning = "on"                 # or "frozen": the classes stay as they are
 //!
-//! [bandwidth]                     # kernel standard deviation h: the sensor's noise
-//! acceleration_m_s2 = 0.02
-//! angular_rate_rad_s = 0.0012
-//!
-//! [half_width]                    # δ: motion within ±δ counts as rest
-//! acceleration_m_s2 = { ax = 0.4, ay = 0.4, az = 0.8 }
-//! angular_rate_rad_s = 0.04
-//!
-//! [slide]                         # speed along the ground that a foot may pick up; from 200 Hz on
-//! mode = "on"                     # "off" looks at accelerations only
-//! speed_m_s = 0.005               # at least; more with half-widths above 0.38 m/s²
-//! time_constant_s = 0.07          # for how long speed is remembered
+//! [learnt]                        # warm start, as `footfall calibrate` writes it
+//! still_seconds = 8.6
+//! moving_seconds = 8.6
+//! idle_seconds = 0.0
+//! acceleration = { still = -0.9, moving = 2.4, width = 0.6 } # ln of m/s²
+//! rate = { still = -2.6, moving = 0.6, width = 0.4 }         # ln of rad/s
+//! velocity = { still = -3.8, moving = 1.1, width = 0.7 }     # ln of m/s²
 //!
 //! [decision]
 //! threshold = 0.5
@@ -35,10 +28,6 @@
 //! [load]                          # in the unit of the load signal
 //! on_threshold = 12.0
 //! off_threshold = 6.0
-//!
-//! [probability_map]               # for a column p_calibrated; `footfall replay` of a recording
-//! slope = 0.7                     # with labels says what they are for this robot
-//! offset = -0.5
 //!
 //! [accelerometer]                 # applied to the recording's readings: (reading - bias) * scale
 //! bias_m_s2 = { ax = 0.11, ay = -0.05, az = 0.08 }
@@ -50,14 +39,36 @@
 //! let overrides = footfall::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
 //! overrides.apply(&mut params);
-//! assert_eq!(params.half_width.az, 0.8);
+//! assert_eq!(params.learnt.unwrap().rate.still, -2.6);
 //! params.validate::<256>()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `footfall calibrate` writes `[half_width]`, or with `--rests` `[accelerometer]` and
-//! `[gyroscope]`. The last two are for recordings: a foot has the first one's values in its object
-//! 0x2017, and learns its gyroscope's bias by itself.
+//! These keys belong to the method with half-widths, and are refused with the other one:
+//!
+//! ```
+//! let text = r#"
+//! method = "half_widths"
+//! window = "50ms"                 # or "25samples"
+//!
+//! [bandwidth]                     # kernel standard deviation h: the sensor's noise
+//! acceleration_m_s2 = 0.02
+//! angular_rate_rad_s = 0.0012
+//!
+//! [half_width]                    # δ: motion within ±δ counts as rest
+//! acceleration_m_s2 = { ax = 0.4, ay = 0.4, az = 0.8 }
+//! angular_rate_rad_s = 0.04
+//! "#;
+//! let overrides = footfall::config::Overrides::parse(text, "robot.toml")?;
+//! let mut params = estimator_core::Params::DEFAULT;
+//! overrides.apply(&mut params);
+//! assert_eq!(params.half_width.az, 0.8);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! `footfall calibrate` writes `[learnt]`, or with `--rests` `[accelerometer]` and `[gyroscope]`. A
+//! foot has the values of `[learnt]` in its object 0x2018 and those of `[accelerometer]` in 0x2017; it
+//! learns its gyroscope's bias by itself.
 //!
 //! The attitude filter's keys, in the tables `[attitude]` and `[attitude.rest]`, are those of
 //! [`AttitudeOverrides`] and [`RestOverrides`].
@@ -65,14 +76,14 @@
 mod attitude;
 mod axes;
 mod correction;
+mod learnt;
 mod refusal;
-mod slide;
 mod value;
 
 use std::io;
 
 use clap::ValueEnum;
-use estimator_core::{Gravity, Params, Residual, WindowLength};
+use estimator_core::{Gravity, Learning, Method, Params, WindowLength};
 use firmware::imu::default_params;
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
@@ -80,16 +91,18 @@ use thiserror::Error;
 pub use attitude::{AttitudeOverrides, RestOverrides};
 pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
 pub use correction::{AccelerometerOverrides, GyroscopeOverrides};
+pub use learnt::{ClassesValues, LearntValues};
 pub use refusal::{Origins, RateOrigin, Refusal};
-pub use slide::{SlideMode, SlideOverrides};
 pub use value::{
-    parse_gravity, parse_gyro_timing, parse_residual, parse_sample_rate, parse_short_window,
-    parse_window,
+    parse_gravity, parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_window,
 };
 
 use crate::input::{Correction, Format};
-use crate::probability_map::ProbabilityMap;
+use crate::recording::Recording;
 use value::checked_sample_rate;
+
+/// Durations that differ by less, as a part of themselves, are the same: a rate that was measured.
+const SAME_DURATION: f64 = 0.05;
 
 /// Where parameters start from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -123,6 +136,34 @@ impl Preset {
             (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
         }
     }
+
+    /// That the paper's window, a count of samples, lasts longer or shorter than it does at the
+    /// paper's rate; `None` where it lasts as long, or `params` have another window. Rows of the
+    /// authors' GO1 are counted as the authors count them.
+    #[must_use]
+    pub fn window_notice(
+        self,
+        format: Format,
+        params: &Params,
+        recording: &Recording,
+    ) -> Option<String> {
+        let preset = self.params(format);
+        let WindowLength::Samples(samples) = preset.window else {
+            return None;
+        };
+        if params.window != preset.window || format == Format::PceGo1 {
+            return None;
+        }
+        let [there, here] = [preset.sample_rate, recording.sample_rate]
+            .map(|rate| 1.0e3 * f64::from(samples) / f64::from(rate));
+        ((here / there - 1.0).abs() > SAME_DURATION).then(|| {
+            format!(
+                "{}: the window of the paper's preset, {samples} samples, lasts {here:.0} ms at {} Hz \
+                 and {there:.0} ms at the paper's rate: --window {there:.0}ms has the same duration",
+                recording.name, recording.sample_rate
+            )
+        })
+    }
 }
 
 /// A configuration file: what it sets differs from the preset, the rest does not.
@@ -135,20 +176,17 @@ pub struct Overrides {
     /// Whether samples contain gravity.
     #[serde(default, deserialize_with = "gravity")]
     pub gravity: Option<Gravity>,
+    /// Where the limits of stillness come from, as [`parse_method`] reads it.
+    #[serde(default, deserialize_with = "method")]
+    pub method: Option<Method>,
+    /// Whether the foot goes on learning, as [`parse_learning`] reads it.
+    #[serde(default, deserialize_with = "learning")]
+    pub learning: Option<Learning>,
+    /// What the foot has learnt before: a warm start.
+    pub learnt: Option<LearntValues>,
     /// Length of the window, as [`parse_window`] reads it.
     #[serde(default, deserialize_with = "window")]
     pub window: Option<WindowLength>,
-    /// The second, shorter window, as [`parse_short_window`] reads it.
-    #[serde(default, deserialize_with = "short_window")]
-    pub short_window: Option<Option<WindowLength>>,
-    /// What becomes of the acceleration that quiet stances still show.
-    #[serde(default, deserialize_with = "residual")]
-    pub residual: Option<Residual>,
-    /// How well half-widths are known, as a part of themselves.
-    pub tolerance: Option<f32>,
-    /// The speed along the ground that counts as a slide.
-    #[serde(default)]
-    pub slide: SlideOverrides,
     /// Kernel standard deviations h.
     #[serde(default)]
     pub bandwidth: SensorOverrides,
@@ -170,9 +208,6 @@ pub struct Overrides {
     /// The load trigger.
     #[serde(default)]
     pub load: LoadOverrides,
-    /// What turns P into a calibrated probability, in a column of its own.
-    #[serde(default)]
-    pub probability_map: Option<ProbabilityMap>,
 }
 
 /// When the probability becomes a yes or a no.
@@ -253,11 +288,12 @@ impl Overrides {
     pub fn apply(&self, params: &mut Params) {
         set(&mut params.sample_rate, self.sample_rate_hz);
         set(&mut params.gravity, self.gravity);
+        set(&mut params.method, self.method);
+        set(&mut params.learning, self.learning);
+        if let Some(learnt) = self.learnt {
+            params.learnt = Some(learnt.into());
+        }
         set(&mut params.window, self.window);
-        set(&mut params.short_window, self.short_window);
-        set(&mut params.residual, self.residual);
-        set(&mut params.tolerance, self.tolerance);
-        self.slide.apply(&mut params.slide);
         self.bandwidth.apply(&mut params.bandwidth);
         self.half_width.apply(&mut params.half_width);
         self.attitude.apply(&mut params.attitude);
@@ -295,14 +331,12 @@ fn window<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<WindowLen
     word(deserializer, parse_window)
 }
 
-fn short_window<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Option<Option<WindowLength>>, D::Error> {
-    word(deserializer, parse_short_window)
+fn method<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Method>, D::Error> {
+    word(deserializer, parse_method)
 }
 
-fn residual<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Residual>, D::Error> {
-    word(deserializer, parse_residual)
+fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Learning>, D::Error> {
+    word(deserializer, parse_learning)
 }
 
 fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Gravity>, D::Error> {
@@ -327,7 +361,7 @@ fn key_on_line(text: &str, line: usize) -> Option<String> {
 mod tests {
     use super::*;
     use estimator_core::{
-        AttitudeParams, DecisionParams, GyroTiming, LoadParams, PerAxis, RestParams, SlideParams,
+        AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams,
     };
 
     fn applied(text: &str) -> Params {
@@ -349,8 +383,11 @@ mod tests {
     fn every_key_reaches_its_parameter() {
         let params = applied(
             "sample_rate_hz = 500\ngravity = 'removed'\nwindow = '25samples'\n\
-             short_window = '7samples'\nresidual = 'kept'\ntolerance = 0.2\n\
-             [slide]\nspeed_m_s = 21\ntime_constant_s = 22\n\
+             method = 'half_widths'\nlearning = 'frozen'\n\
+             [learnt]\nstill_seconds = 31\nmoving_seconds = 32\nidle_seconds = 33\n\
+             acceleration = { still = 22, moving = 23, width = 24 }\n\
+             rate = { still = 25, moving = 26, width = 27 }\n\
+             velocity = { still = 28, moving = 29, width = 30 }\n\
              [bandwidth]\nacceleration_m_s2 = 1\nangular_rate_rad_s = 2.0\n\
              [half_width]\nacceleration_m_s2 = { ax = 3, ay = 4, az = 5 }\n\
              angular_rate_rad_s = { wx = 6, wy = 7, wz = 8 }\n\
@@ -364,14 +401,14 @@ mod tests {
         let expected = Params {
             sample_rate: 500.0,
             gravity: Gravity::Removed,
-            residual: Residual::Kept,
+            method: Method::HalfWidths,
+            learning: Learning::Frozen,
+            learnt: Some(Learnt::from_array([
+                22.0, 23.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 30.0, 31.0, 32.0, 33.0,
+            ])),
+            // No key reaches these.
+            stillness: Params::DEFAULT.stillness,
             window: WindowLength::Samples(25),
-            short_window: Some(WindowLength::Samples(7)),
-            slide: Some(SlideParams {
-                speed: 21.0,
-                time_constant: 22.0,
-            }),
-            tolerance: 0.2,
             bandwidth: PerAxis::by_sensor(1.0, 2.0),
             half_width: PerAxis::from_array([3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
             attitude: AttitudeParams {
@@ -402,24 +439,15 @@ mod tests {
     }
 
     #[test]
-    fn what_the_default_preset_adds_to_the_papers_method_can_be_left_out() {
-        let params = applied(
-            "short_window = 'none'\nresidual = 'kept'\ntolerance = 0\n[slide]\nmode = 'off'\n",
+    fn what_was_learnt_is_given_whole() {
+        assert_eq!(
+            message("[learnt]\nstill_seconds = 1\nmoving_seconds = 1\n"),
+            "x.toml, line 1: missing field `idle_seconds`"
         );
-        assert_eq!((params.short_window, params.slide), (None, None));
-        assert_eq!((params.residual, params.tolerance), (Residual::Kept, 0.0));
-    }
-
-    #[test]
-    fn a_slide_that_the_preset_leaves_out_begins_with_the_default() {
-        let mut params = Params::PAPER;
-        let overrides = Overrides::parse("slide.speed_m_s = 0.02", "x.toml").unwrap();
-        overrides.apply(&mut params);
-        let expected = SlideParams {
-            speed: 0.02,
-            ..SlideParams::DEFAULT
-        };
-        assert_eq!(params.slide, Some(expected));
+        assert_eq!(
+            message("method = 'kernel'\n"),
+            "x.toml, line 1, key method: \"kernel\" is neither \"self_calibrating\" nor \"half_widths\""
+        );
     }
 
     #[test]

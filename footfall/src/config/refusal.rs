@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use estimator_core::{Axis, Params, ParamsError, WindowLength};
+use estimator_core::{Axis, Method, Params, ParamsError, WindowLength};
 use thiserror::Error;
 
-use super::Overrides;
+use super::{Overrides, SensorOverrides};
 use crate::input::csv::{MICROSECONDS_HINT, MILLISECONDS_HINT};
 use crate::number::shown;
 
@@ -48,6 +48,38 @@ impl Refusal {
 }
 
 impl Origins<'_> {
+    /// That everything that was set has an effect on what `params` are for.
+    ///
+    /// # Errors
+    /// The first option or key that has none.
+    pub fn check_effects(&self, params: &Params) -> Result<(), Refusal> {
+        let Overrides {
+            window,
+            bandwidth,
+            half_width,
+            ..
+        } = self.overrides;
+        let nothing = SensorOverrides::default();
+        let (set, way) = if params.method == Method::HalfWidths {
+            return Ok(());
+        } else if self.window.is_some() {
+            ("--window".to_owned(), "leave it out")
+        } else if *half_width != nothing {
+            (self.in_file("half_width"), "remove the table")
+        } else if *bandwidth != nothing {
+            (self.in_file("bandwidth"), "remove the table")
+        } else if window.is_some() {
+            (self.in_file("window"), "remove it")
+        } else {
+            return Ok(());
+        };
+        Err(Refusal(format!(
+            "{set} has an effect with method = \"half_widths\" only, and the method is \
+             \"self_calibrating\", which needs no half-widths: {way}, or set method = \
+             \"half_widths\" in the configuration"
+        )))
+    }
+
     /// Says `error`, which `params` caused, in the words of whoever set them.
     #[must_use]
     pub fn explain(&self, error: &ParamsError, params: &Params) -> Refusal {
@@ -155,7 +187,6 @@ enum Unit {
     Seconds,
     /// Written in ms, although the field is in s.
     Milliseconds,
-    MetresPerSecond,
     MetresPerSecondSquared,
     RadiansPerSecond,
 }
@@ -179,7 +210,6 @@ impl Unit {
             Self::None | Self::Milliseconds => "",
             Self::Hertz => "_hz",
             Self::Seconds => "_s",
-            Self::MetresPerSecond => "_m_s",
             Self::MetresPerSecondSquared => "_m_s2",
             Self::RadiansPerSecond => "_rad_s",
         }
@@ -193,7 +223,6 @@ impl fmt::Display for Unit {
             Self::Hertz => " Hz",
             Self::Seconds => " s",
             Self::Milliseconds => " ms",
-            Self::MetresPerSecond => " m/s",
             Self::MetresPerSecondSquared => " m/s²",
             Self::RadiansPerSecond => " rad/s",
         })
@@ -217,14 +246,13 @@ impl Name {
         }
         let unit = match last {
             "sample_rate" => Unit::Hertz,
-            "window" | "short_window" | "gyro_timing" => Unit::Milliseconds,
+            "window" | "gyro_timing" => Unit::Milliseconds,
             "on_delay"
             | "off_delay"
             | "duration"
             | "time_constant"
             | "motion_time_constant"
             | "bias_time_constant" => Unit::Seconds,
-            "speed" => Unit::MetresPerSecond,
             "acceleration" | "quiet_acceleration" => Unit::MetresPerSecondSquared,
             "rate" | "quiet_rate" | "bias_limit" => Unit::RadiansPerSecond,
             _ => Unit::None,
@@ -269,19 +297,6 @@ mod tests {
                 "window = '0ms'",
                 "window is 0 ms, allowed is 0.1 to 1000000 ms",
             ),
-            (
-                "short_window = '0ms'",
-                "short_window is 0 ms, allowed is 0.1 to 1000000 ms",
-            ),
-            (
-                "slide.speed_m_s = 0",
-                "slide.speed_m_s is 0 m/s, allowed is 1e-6 to 1000 m/s",
-            ),
-            (
-                "slide.time_constant_s = 0",
-                "slide.time_constant_s is 0 s, allowed is 0.001 to 10 s",
-            ),
-            ("tolerance = 2", "tolerance is 2, allowed is 0 to 1"),
             (
                 "bandwidth.acceleration_m_s2 = -1",
                 "bandwidth.acceleration_m_s2 (ax) is -1 m/s², allowed is 1e-6 to 1000 m/s²",
@@ -353,6 +368,88 @@ mod tests {
         ] {
             assert_eq!(refusal(text, None), format!("c.toml, key {expected}"));
         }
+    }
+
+    /// A file that sets what was learnt, all of it the same but for one change.
+    fn with_learnt(from: &str, to: &str) -> String {
+        let classes = "{ still = -1, moving = 1, width = 0.5 }";
+        let text = format!(
+            "[learnt]\nstill_seconds = 2\nmoving_seconds = 3\nidle_seconds = 4\n\
+             acceleration = {classes}\nrate = {classes}\nvelocity = {classes}\n"
+        );
+        assert!(text.contains(from));
+        text.replacen(from, to, 1)
+    }
+
+    #[test]
+    fn a_learnt_value_that_cannot_have_been_learnt_is_named() {
+        for (from, to, expected) in [
+            (
+                "rate = { still = -1",
+                "rate = { still = -20",
+                "learnt.rate.still is -20, allowed is -9.3 to 9.3",
+            ),
+            (
+                "velocity = { still = -1, moving = 1",
+                "velocity = { still = -1, moving = -2",
+                "learnt.velocity.moving is -2, allowed is -1 to 9.3",
+            ),
+            (
+                "width = 0.5",
+                "width = nan",
+                "learnt.acceleration.width is NaN, allowed is 0 to 9.3",
+            ),
+            (
+                "still_seconds = 2",
+                "still_seconds = -2",
+                "learnt.still_seconds is -2, allowed is 0 to 1000",
+            ),
+        ] {
+            assert_eq!(
+                refusal(&with_learnt(from, to), None),
+                format!("c.toml, key {expected}")
+            );
+        }
+    }
+
+    #[test]
+    fn what_has_no_effect_is_refused_by_its_name() {
+        let refused = |text: &str, window| {
+            let overrides = Overrides::parse(text, "c.toml").unwrap();
+            let mut params = Params::DEFAULT;
+            overrides.apply(&mut params);
+            let origins = Origins {
+                file: Some("c.toml"),
+                overrides: &overrides,
+                window,
+                recording: "x.csv",
+                sample_rate: RateOrigin::Configuration,
+            };
+            let refusal = origins.check_effects(&params).err();
+            refusal.map(|refusal| refusal.to_string())
+        };
+        let window = Some(WindowLength::Samples(50));
+        for (text, window, name) in [
+            (
+                "half_width.acceleration_m_s2 = 1",
+                None,
+                "c.toml, key half_width",
+            ),
+            (
+                "[bandwidth]\nangular_rate_rad_s = { wx = 1 }",
+                None,
+                "c.toml, key bandwidth",
+            ),
+            ("window = '20ms'", None, "c.toml, key window"),
+            ("", window, "--window"),
+        ] {
+            let refusal = refused(text, window).expect(text);
+            let expected = format!("{name} has an effect with method = \"half_widths\" only");
+            assert!(refusal.starts_with(&expected), "{refusal}");
+            let with_effect = format!("method = 'half_widths'\n{text}");
+            assert_eq!(refused(&with_effect, window), None);
+        }
+        assert_eq!(refused("load.on_threshold = 20", None), None);
     }
 
     #[test]

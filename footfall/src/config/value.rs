@@ -1,6 +1,6 @@
 //! Values that are written as words, in files and on the command line alike.
 
-use estimator_core::{Gravity, GyroTiming, Residual, WindowLength};
+use estimator_core::{Gravity, GyroTiming, Learning, Method, WindowLength};
 
 /// Reads a window's length: a duration such as `50ms`, or a count such as `50samples`.
 ///
@@ -16,28 +16,29 @@ pub fn parse_window(text: &str) -> Result<WindowLength, String> {
     })
 }
 
-/// Reads the shorter window's length as [`parse_window`] does, or `none`.
-///
-/// # Errors
-/// A sentence that says how to write it.
-pub fn parse_short_window(text: &str) -> Result<Option<WindowLength>, String> {
-    match text {
-        "none" => Ok(None),
-        _ => parse_window(text)
-            .map(Some)
-            .map_err(|message| message + ", or none for but one window"),
-    }
-}
-
-/// Reads whether what gravity's removal leaves is `removed` or `kept`.
+/// Reads the method: `self_calibrating` or `half_widths`.
 ///
 /// # Errors
 /// A sentence that names both words.
-pub fn parse_residual(text: &str) -> Result<Residual, String> {
+pub fn parse_method(text: &str) -> Result<Method, String> {
     match text {
-        "removed" => Ok(Residual::Removed),
-        "kept" => Ok(Residual::Kept),
-        _ => Err(format!("{text:?} is neither \"removed\" nor \"kept\"")),
+        "self_calibrating" => Ok(Method::SelfCalibrating),
+        "half_widths" => Ok(Method::HalfWidths),
+        _ => Err(format!(
+            "{text:?} is neither \"self_calibrating\" nor \"half_widths\""
+        )),
+    }
+}
+
+/// Reads whether learning is `on` or `frozen`.
+///
+/// # Errors
+/// A sentence that names both words.
+pub fn parse_learning(text: &str) -> Result<Learning, String> {
+    match text {
+        "on" => Ok(Learning::On),
+        "frozen" => Ok(Learning::Frozen),
+        _ => Err(format!("{text:?} is neither \"on\" nor \"frozen\"")),
     }
 }
 
@@ -100,14 +101,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_short_window_may_be_none_and_a_residual_kept_or_removed() {
-        let ten = Some(WindowLength::Duration(0.01));
-        assert_eq!(parse_short_window("10ms"), Ok(ten));
-        assert_eq!(parse_short_window("none"), Ok(None));
-        assert!(parse_short_window("10").is_err_and(|message| message.ends_with("one window")));
-        assert_eq!(parse_residual("kept"), Ok(Residual::Kept));
-        assert_eq!(parse_residual("removed"), Ok(Residual::Removed));
-        assert!(parse_residual("gone").is_err());
+    fn method_and_learning_are_words() {
+        assert_eq!(parse_method("half_widths"), Ok(Method::HalfWidths));
+        assert_eq!(
+            parse_method("self_calibrating"),
+            Ok(Method::SelfCalibrating)
+        );
+        assert!(parse_method("paper").is_err());
+        assert_eq!(parse_learning("on"), Ok(Learning::On));
+        assert_eq!(parse_learning("frozen"), Ok(Learning::Frozen));
+        assert!(parse_learning("off").is_err());
     }
 
     #[test]

@@ -23,7 +23,7 @@ use crate::output::decision_name;
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
 /// | `temperature` | the sensor's | °C |
 /// | `decision` | `stable` or `not_stable`, debounced | |
-/// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN say less: `saturated`, `settling` for a window that is not full or an attitude that is not known, `doubtful` for the others | |
+/// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN say less: `saturated`, `starting` for a window that is not full or an attitude that is not known, `doubtful` for the others | |
 pub const HEADER: &str = "t,interface,node,segment,sequence,p_stable,p_tangential,p_vertical,\
      p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
      temperature,state,decision,flags";
@@ -78,7 +78,7 @@ impl Row {
                 .collect(),
             None => [
                 (status.is_saturated(), Flag::Saturated.name()),
-                (status.is_settling(), "settling"),
+                (status.is_starting(), "starting"),
             ]
             .into_iter()
             .filter_map(|(is_set, name)| is_set.then_some(name))
@@ -245,7 +245,7 @@ mod tests {
             .join("|")
         };
         assert_eq!(names(0x10, None), "");
-        assert_eq!(names(0xA0, None), "saturated|settling");
+        assert_eq!(names(0xA0, None), "saturated|starting");
         assert_eq!(
             names(0x80, Some(0b11)),
             "window_not_full|attitude_not_initialised"

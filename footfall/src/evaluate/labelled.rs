@@ -43,7 +43,18 @@ impl Labelled {
     /// # Errors
     /// A file is absent, or what is wrong with it.
     pub fn all(datasets: &Path) -> Result<Vec<Self>, Error> {
-        let sources = Set::ALL
+        Self::of_sets(Set::ALL, datasets)
+    }
+
+    /// The same of some sets.
+    ///
+    /// # Errors
+    /// Those of [`Self::all`].
+    pub fn of_sets(
+        sets: impl IntoIterator<Item = Set>,
+        datasets: &Path,
+    ) -> Result<Vec<Self>, Error> {
+        let sources = sets
             .into_iter()
             .flat_map(|set| set.sources().into_iter().map(move |source| (set, source)));
         sources

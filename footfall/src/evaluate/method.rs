@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use estimator_core::{ContactEstimate, Gravity, Params, ParamsError, WindowLength};
+use estimator_core::{ContactEstimate, Gravity, Learning, Params, ParamsError, WindowLength};
 use serde::Serialize;
 
 use super::labelled::Labelled;
@@ -10,9 +10,9 @@ use super::peers::{Detector, answers, grf, published, threshold};
 use super::score::Outcome;
 use super::teaching::{self, Teachers};
 use super::window::PAPER_WINDOW;
-use super::{authors, fuzzy};
+use super::{authors, fuzzy, left_out};
 use crate::metrics::Scored;
-use crate::replay::replay;
+use crate::replay::{replay, replay_and_learn};
 
 /// A method that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -20,6 +20,13 @@ use crate::replay::replay;
 pub enum Method {
     /// This estimator, default preset.
     Default,
+    /// This estimator, default preset, with what the foot has learnt in another recording.
+    WarmStart,
+    /// This estimator, with the constants that were chosen without the recording's family: see
+    /// [`left_out`].
+    LeftOut,
+    /// This estimator, default preset, without any learning.
+    Unlearnt,
     /// This estimator, the paper's preset.
     Paper,
     /// The authors' script, which looks ahead.
@@ -71,8 +78,11 @@ pub struct Run {
 
 impl Method {
     /// All methods in the order in which they are shown.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 20] = [
         Self::Default,
+        Self::WarmStart,
+        Self::LeftOut,
+        Self::Unlearnt,
         Self::Paper,
         Self::Authors,
         Self::PublishedShoe,
@@ -102,6 +112,9 @@ impl Method {
     pub fn name(self) -> String {
         match self {
             Self::Default => "footfall, default preset".to_owned(),
+            Self::WarmStart => "footfall, warm start".to_owned(),
+            Self::LeftOut => "footfall, constants chosen without the family".to_owned(),
+            Self::Unlearnt => "footfall, nothing learnt".to_owned(),
             Self::Paper => "footfall, paper preset".to_owned(),
             Self::Authors => "authors' script (looks ahead)".to_owned(),
             Self::PublishedShoe => format!("{}, as published", Detector::Shoe.name()),
@@ -136,6 +149,31 @@ impl Method {
         match self {
             Self::Default => each(recordings, |_, file| {
                 estimated(file, &Params::DEFAULT, "preset as it is").map(Some)
+            }),
+            Self::WarmStart => each(recordings, |place, file| {
+                let from = &recordings[teaching::unlabelled(recordings, place)];
+                let (_, learnt) = replay_and_learn(&from.recording, &Params::DEFAULT)?;
+                let params = Params {
+                    learnt: Some(learnt),
+                    ..Params::DEFAULT
+                };
+                let learnt = format!("amplitudes from {}, no labels", from.name());
+                estimated(file, &params, &learnt).map(Some)
+            }),
+            Self::LeftOut => each(recordings, |_, file| {
+                let constants = left_out::without(file.set.family());
+                let params = Params {
+                    stillness: constants.check()?,
+                    ..Params::DEFAULT
+                };
+                estimated(file, &params, "constants from other families").map(Some)
+            }),
+            Self::Unlearnt => each(recordings, |_, file| {
+                let params = Params {
+                    learning: Learning::Frozen,
+                    ..Params::DEFAULT
+                };
+                estimated(file, &params, "preset, frozen").map(Some)
             }),
             Self::Paper => each(recordings, |_, file| {
                 estimated(file, &paper_params(), "preset as it is").map(Some)

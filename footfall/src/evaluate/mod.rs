@@ -6,6 +6,7 @@
 //! | the recordings, read or simulated | [`labelled`] |
 //! | who may learn from which | [`teaching`] |
 //! | the methods | [`method`] |
+//! | constants chosen without a family | [`left_out`] |
 //! | trailing windows, for detectors | [`window`] |
 //! | detectors that others published | [`peers`] |
 //! | fuzzy c-means | [`fuzzy`] |
@@ -20,6 +21,7 @@
 pub mod authors;
 pub mod fuzzy;
 pub mod labelled;
+pub mod left_out;
 pub mod method;
 pub mod peers;
 pub mod pictures;

@@ -137,8 +137,10 @@ impl Scope {
 
 /// The methods that a README has room for: this estimator, the authors' script, detectors without
 /// and with tuning, and the best with a force.
-const BRIEF_METHODS: [Method; 9] = [
+const BRIEF_METHODS: [Method; 11] = [
     Method::Default,
+    Method::WarmStart,
+    Method::LeftOut,
     Method::Paper,
     Method::Authors,
     Method::PublishedShoe,

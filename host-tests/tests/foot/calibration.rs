@@ -1,158 +1,382 @@
-//! Half-widths from a walk, proposed and accepted over the UART.
+//! The foot learns its limits of stillness while it walks; what it has learnt is kept over power-off,
+//! forgotten on request, and never lost otherwise.
 
-use std::cell::Cell;
+use std::cell::RefCell;
 
-use crate::bench::{Bench, MS, Run, SECOND, run, standing};
-use estimator_core::Calibrator;
-use estimator_core::calibration::STEPS;
-use footfall::calibrate::half_width::HalfWidthCalibration;
-use footfall::gait::{GaitName, Ground, Motion, Plan, SensorParams};
+use crate::bench::{Bench, MS, Run, at_once, run, standing};
+use crate::storage::{Flash, load, stored};
+use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method};
+use firmware::ports::{Input, Request};
+use firmware::storage::Origin;
+use footfall::gait::{Activity, GaitName, Ground, Motion, Plan, SensorParams};
 use footfall::recording::{RecordedSample, Recording};
-use wire::dictionary::index;
-use wire::node::Command;
+use footfall::replay::replay;
+use lsm6dsox::sim::SharedPart;
+use wire::dictionary::{SIGNATURE_STORE, index};
+use wire::node::{CalibrationState, Command};
 use wire::uart::{Answer, ConfigGet, Message};
-use wire::{AbortCode, Address, Emergency, Fault, Settings, Value};
+use wire::{AbortCode, Address, Settings, Value};
 
 const COMMAND: Address = Address::new(index::CALIBRATION, 1);
 const STATE: Address = Address::new(index::CALIBRATION, 2);
+const THRESHOLD: Address = Address::new(index::DECISION, 1);
+const METHOD: Address = Address::new(index::ESTIMATION, 1);
+const LEARNING: Address = Address::new(index::ESTIMATION, 2);
+const KEEP: Value = Value::U8(1);
+const FORGET: Value = Value::U8(2);
 
-fn get(address: Address) -> Message {
-    Message::ConfigGet(ConfigGet { address })
+/// A walk is settled by then, ms.
+const SETTLED_MS: u64 = 10_000;
+
+fn walk(seconds: f64, seed: u64) -> Motion {
+    Motion::new(&Plan::steady(GaitName::Walk, Ground::Hard, seconds, seed))
 }
 
-/// What is done on a tick.
+/// A foot that stands for two seconds and walks then.
+fn walking(seconds: f64, seed: u64) -> SharedPart {
+    SensorParams::LSM6DSOX.mounted(walk(seconds, seed), 0.0, seed)
+}
+
+fn ask(bench: &mut Bench, address: Address) {
+    bench.ask(&Message::ConfigGet(ConfigGet { address }));
+}
+
+fn state(state: CalibrationState) -> Answer {
+    Answer::Value(Value::U8(state.code()).into())
+}
+
+fn is_settling(bench: &Bench) -> bool {
+    bench.foot.estimate().flags.contains(Flag::Settling)
+}
+
+/// What is done after a tick.
 type Act<'a> = (u64, &'a dyn Fn(&mut Bench));
 
-/// Runs, and does one thing on some ticks; all answers in their order.
-fn scripted(
-    part: &lsm6dsox::sim::SharedPart,
-    bench: &mut Bench,
-    ms: u64,
-    script: &[Act<'_>],
-) -> (Vec<Answer>, Vec<Emergency>) {
+/// When the sensor, which each run starts again, is at work.
+const AT_WORK: u64 = 500;
+
+/// Runs for `ms` ticks and does one thing after some of them; all answers in their order.
+fn scripted(part: &SharedPart, bench: &mut Bench, ms: u64, script: &[Act<'_>]) -> Vec<Answer> {
     let mut answers = Vec::new();
-    let mut emergencies = Vec::new();
     let mut ticks = 0;
     run(Run::default(), part, bench, ms * MS, |bench, _, _| {
         answers.extend(bench.answers());
-        emergencies.extend(bench.emergencies());
-        for (at, action) in script {
-            if *at == ticks {
-                action(bench);
-            }
-        }
+        let due = script.iter().filter(|(at, _)| *at == ticks);
+        due.for_each(|(_, action)| action(bench));
         ticks += 1;
     });
-    (answers, emergencies)
+    answers
+}
+
+/// A foot after a walk that has settled, in pre-operational state, and its part.
+fn walked(settings: Settings, seed: u64) -> (SharedPart, Bench) {
+    let part = walking(60.0, seed);
+    let mut bench = Bench::new(settings);
+    let open = |bench: &mut Bench| bench.command(Command::EnterPreOperational);
+    scripted(&part, &mut bench, SETTLED_MS, &[(SETTLED_MS - 10, &open)]);
+    assert!(!is_settling(&bench));
+    (part, bench)
+}
+
+/// What a foot starts with that has walked with this seed.
+fn learnt_from(seed: u64) -> Settings {
+    let (_, bench) = walked(Settings::default(), seed);
+    let mut settings = Settings::default();
+    let kept = settings.set_learnt(Some(bench.foot.learnt()));
+    assert_eq!(kept, Ok(()));
+    settings
+}
+
+/// Everything but the seconds.
+fn classes(learnt: Learnt) -> [f32; 9] {
+    let numbers = learnt.to_array();
+    std::array::from_fn(|i| numbers[i])
 }
 
 #[test]
-fn a_walk_gives_half_widths_that_count_only_once_they_are_accepted() {
-    let motion = Motion::new(&Plan::steady(GaitName::Walk, Ground::Hard, 30.0, 5));
-    let part = SensorParams::LSM6DSOX.mounted(motion, 0.0, 5);
-    let mut bench = Bench::new(Settings::default());
-    let before = bench.foot.settings().params().half_width;
-    let start = |bench: &mut Bench| bench.set(COMMAND, Value::U8(1));
-    let ask_state = |bench: &mut Bench| bench.ask(&get(STATE));
-    let (answers, _) = scripted(
-        &part,
-        &mut bench,
-        25_000,
-        &[(2000, &start), (2100, &ask_state), (24_000, &ask_state)],
-    );
-    let state = |state: u8| Answer::Value(Value::U8(state).into());
-    assert_eq!(answers, [Answer::Done, state(1), state(2)]);
-    assert_eq!(bench.foot.settings().params().half_width, before);
-
-    let ask_proposal = |bench: &mut Bench| {
-        for axis in 0..6 {
-            bench.ask(&get(Address::new(index::CALIBRATION, 3 + axis)));
-        }
-    };
-    let accept = |bench: &mut Bench| bench.set(COMMAND, Value::U8(2));
-    let open = |bench: &mut Bench| bench.command(Command::EnterPreOperational);
-    // An estimator made anew looks for up first.
-    let doubt = Cell::new((false, false));
-    let look = |bench: &mut Bench| {
-        let (_, before) = doubt.get();
-        doubt.set((before, bench.foot.estimate().flags.are_doubt()));
-    };
-    let script: [Act<'_>; 6] = [
-        (7100, &ask_proposal),
-        (7200, &accept),
-        (7210, &open),
-        (7220, &look),
-        (7220, &accept),
-        (7221, &look),
-    ];
-    let (answers, _) = scripted(&part, &mut bench, 8000, &script);
-    let [proposal @ .., refused, done] = &answers[..] else {
-        panic!("{answers:?}");
-    };
-    assert_eq!(*refused, Answer::Refused(AbortCode::DeviceState));
-    assert_eq!(*done, Answer::Done);
-    assert_eq!(
-        doubt.get(),
-        (false, true),
-        "the estimator goes on with the old half-widths"
-    );
-    let proposal: Vec<f32> = proposal
-        .iter()
-        .map(|answer| match answer {
-            Answer::Value(value) => {
-                f32::from_le_bytes(value.as_bytes().try_into().expect("REAL32"))
-            }
-            other => panic!("{other:?}"),
-        })
-        .collect();
-    println!("proposed half-widths: {proposal:.4?}");
-    let params = bench.foot.settings().params();
-    assert_eq!(params.half_width.to_array()[..], proposal[..]);
-    for (half_width, h) in proposal.iter().zip(params.bandwidth.to_array()) {
-        assert!(
-            (4.0 * h..100.0 * h).contains(half_width),
-            "{half_width} with h = {h}"
+fn a_walking_foot_settles_within_five_steps() {
+    for (gait, seed) in [(GaitName::Walk, 3), (GaitName::Trot, 4)] {
+        let plan = Plan::steady(gait, Ground::Hard, 30.0, seed);
+        let truth = Motion::new(&plan);
+        let part = SensorParams::LSM6DSOX.mounted(Motion::new(&plan), 0.0, seed);
+        let mut bench = Bench::new(Settings::default());
+        let (mut steps, mut in_the_air) = (0, false);
+        let mut settled_after = None;
+        run(
+            Run::default(),
+            &part,
+            &mut bench,
+            20_000 * MS,
+            |bench, tick, _| {
+                let at = truth.at(tick.time.as_micros() as f64 * 1.0e-6);
+                let swings = at.activity == Activity::Swinging;
+                steps += u32::from(in_the_air && !swings);
+                in_the_air = swings;
+                match (settled_after, is_settling(bench)) {
+                    (None, false) if !bench.foot.estimate().flags.are_doubt() => {
+                        settled_after = Some(steps);
+                    }
+                    (Some(after), settling) => assert!(!settling, "settled after {after} steps"),
+                    _ => {}
+                }
+            },
         );
+        println!("{gait:?}: settled after {settled_after:?} of {steps} steps");
+        assert!(settled_after.is_some_and(|after| (1..=5).contains(&after)));
     }
 }
 
 #[test]
-fn the_host_finds_the_same_bits_in_the_same_samples() {
-    let motion = Motion::new(&Plan::steady(GaitName::Walk, Ground::Hard, 30.0, 6));
-    let part = SensorParams::LSM6DSOX.mounted(motion, 0.0, 6);
+fn what_is_kept_and_stored_is_there_from_the_first_sample_after_power_off() {
+    let (part, mut bench) = walked(Settings::default(), 5);
+    let before = RefCell::new(Learnt::default());
+    let keep = |bench: &mut Bench| {
+        // The next tick takes the command in before its sample.
+        *before.borrow_mut() = bench.foot.learnt();
+        bench.set(COMMAND, KEEP);
+    };
+    let ask_state = |bench: &mut Bench| ask(bench, STATE);
+    let doubtless = |bench: &mut Bench| {
+        let flags = bench.foot.estimate().flags;
+        assert!(
+            !flags.are_doubt(),
+            "the estimator was made again: {flags:?}"
+        );
+    };
+    let store = |bench: &mut Bench| {
+        let store = Address::new(index::STORE, 1);
+        bench.set(store, Value::U32(SIGNATURE_STORE));
+    };
+    let flash = RefCell::new(None);
+    let write = |bench: &mut Bench| {
+        let Some(Request::Store(settings)) = bench.ports.try_next_request() else {
+            panic!("nothing to store");
+        };
+        *flash.borrow_mut() = Some(stored(Flash::blank(), &settings));
+        assert!(bench.ports.try_put(Input::Stored(Ok(()))));
+    };
+    let script: [Act<'_>; 6] = [
+        (AT_WORK, &ask_state),
+        (AT_WORK + 20, &keep),
+        (AT_WORK + 21, &doubtless),
+        (AT_WORK + 22, &doubtless),
+        (AT_WORK + 30, &store),
+        (AT_WORK + 31, &write),
+    ];
+    let answers = scripted(&part, &mut bench, AT_WORK + 50, &script);
+    assert_eq!(
+        answers,
+        [state(CalibrationState::Settled), Answer::Done, Answer::Done]
+    );
+    let kept = before.into_inner();
+    assert_eq!(bench.foot.settings().learnt(), Some(kept));
+
+    let (settings, origin) = load(flash.into_inner().expect("it was stored"));
+    assert_eq!(origin, Origin::Stored);
+    let mut bench = Bench::new(settings);
+    assert_starts_with(bench.foot.learnt(), kept);
+    let part = walking(10.0, 6);
+    let ask_eight = |bench: &mut Bench| {
+        (2..10).for_each(|subindex| ask(bench, Address::new(index::CALIBRATION, subindex)));
+    };
+    let ask_rest = |bench: &mut Bench| {
+        (10..15).for_each(|subindex| ask(bench, Address::new(index::CALIBRATION, subindex)));
+    };
+    let settled = |bench: &mut Bench| assert!(!is_settling(bench));
+    let mut script: Vec<Act<'_>> = vec![(0, &ask_eight), (1, &ask_rest)];
+    script.extend((0..3000).map(|tick| (tick, &settled as &dyn Fn(&mut Bench))));
+    let answers = scripted(&part, &mut bench, 3000, &script);
+    assert_eq!(answers[0], state(CalibrationState::Settled));
+    let numbers: Vec<f32> = answers[1..].iter().map(number).collect();
+    for (now, kept) in numbers.iter().zip(classes(kept)) {
+        assert!((now - kept).abs() < 5.0e-3, "{now} after {kept}");
+    }
+}
+
+/// The REAL32 in an answer.
+fn number(answer: &Answer) -> f32 {
+    match answer {
+        Answer::Value(value) => {
+            f32::from_le_bytes(value.as_bytes().try_into().expect("four bytes"))
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// That an estimator starts with the classes of `kept`, of which the seconds count for little.
+fn assert_starts_with(learnt: Learnt, kept: Learnt) {
+    assert_eq!(learnt.to_array()[..9], kept.to_array()[..9]);
+    assert!(learnt.is_settled() && learnt.still_seconds <= kept.still_seconds);
+}
+
+/// That an estimator goes on from `before`: with its classes, but for what one sample teaches.
+fn assert_goes_on(learnt: Learnt, before: Learnt) {
+    let classes = |learnt: Learnt| learnt.to_array().into_iter().take(9);
+    for (now, before) in classes(learnt).zip(classes(before)) {
+        assert!((now - before).abs() < 5.0e-3, "{now} after {before}");
+    }
+}
+
+#[test]
+fn what_is_forgotten_is_learnt_again() {
+    let (part, mut bench) = walked(learnt_from(7), 8);
+    let forget = |bench: &mut Bench| bench.set(COMMAND, FORGET);
+    let ask_state = |bench: &mut Bench| ask(bench, STATE);
+    let forgotten = |bench: &mut Bench| {
+        let learnt = bench.foot.learnt();
+        // But for the first samples after it.
+        assert!(
+            learnt.still_seconds + learnt.moving_seconds < 0.01,
+            "{learnt:?}"
+        );
+        assert!(is_settling(bench));
+    };
+    let script: [Act<'_>; 5] = [
+        (AT_WORK, &forget),
+        (AT_WORK + 1, &forgotten),
+        (AT_WORK + 1, &ask_state),
+        (AT_WORK + 2, &forgotten),
+        (SETTLED_MS, &ask_state),
+    ];
+    let answers = scripted(&part, &mut bench, SETTLED_MS + 10, &script);
+    assert_eq!(*bench.foot.settings(), Settings::default());
+    let [done, settling, settled] = answers[..] else {
+        panic!("{answers:?}");
+    };
+    assert_eq!(done, Answer::Done);
+    assert_eq!(settling, state(CalibrationState::Settling));
+    assert_eq!(settled, state(CalibrationState::Settled));
+}
+
+#[test]
+fn a_foot_that_has_only_stood_has_nothing_to_keep() {
     let mut bench = Bench::new(Settings::default());
-    let params = bench.foot.settings().params();
-    // What the foot does with an estimate, to know where it has enough.
-    let mut calibrator = Calibrator::new(&params);
-    let mut samples = Vec::new();
-    let mut answers = Vec::new();
-    let mut ticks = 0;
+    let open = |bench: &mut Bench| bench.command(Command::EnterPreOperational);
+    let keep = |bench: &mut Bench| bench.set(COMMAND, KEEP);
+    let ask_state = |bench: &mut Bench| ask(bench, STATE);
+    let script: [Act<'_>; 4] = [
+        (59_000, &ask_state),
+        (59_100, &keep),
+        (59_200, &open),
+        (59_300, &keep),
+    ];
+    let answers = scripted(&standing(), &mut bench, 60_000, &script);
+    assert_eq!(
+        answers,
+        [
+            state(CalibrationState::Settling),
+            Answer::Refused(AbortCode::DeviceState),
+            Answer::Refused(AbortCode::InvalidValue),
+        ]
+    );
+    assert_eq!(*bench.foot.settings(), Settings::default());
+    assert!(is_settling(&bench));
+}
+
+#[test]
+fn frozen_classes_never_change() {
+    let mut settings = learnt_from(9);
+    assert_eq!(settings.set(LEARNING, Value::U8(0)), Ok(()));
+    let start = settings.learnt().expect("something");
+    let mut bench = Bench::new(settings);
+    let mut age = start.idle_seconds;
+    let part = walking(20.0, 10);
     run(
         Run::default(),
         &part,
         &mut bench,
         20_000 * MS,
-        |bench, _, measurement| {
-            answers.extend(bench.answers());
-            match ticks {
-                2000 => bench.set(COMMAND, Value::U8(1)),
-                19_000 => (0..6).for_each(|axis| {
-                    bench.ask(&get(Address::new(index::CALIBRATION, 3 + axis)));
-                }),
-                _ => {}
-            }
-            ticks += 1;
-            if calibrator.steps() < STEPS {
-                calibrator.update(bench.foot.estimate());
-                samples.push(RecordedSample {
-                    imu: measurement.sample,
-                    load: None,
-                    label: None,
-                });
-            }
+        |bench, _, _| {
+            let learnt = bench.foot.learnt();
+            assert_eq!(classes(learnt), classes(start));
+            assert!(learnt.idle_seconds >= age && !is_settling(bench));
+            age = learnt.idle_seconds;
         },
     );
-    let mut calibration = HalfWidthCalibration::new(&params);
+    // It says so by its age, from when up is known.
+    let grown = age - start.idle_seconds;
+    assert!((19.0..20.0).contains(&grown), "{grown} s");
+}
+
+#[test]
+fn settings_of_the_estimator_change_nothing_of_what_has_been_learnt() {
+    let changes: [(Address, Value); 4] = [
+        (THRESHOLD, Value::F32(0.6)),
+        (METHOD, Value::U8(1)),
+        (METHOD, Value::U8(0)),
+        (LEARNING, Value::U8(0)),
+    ];
+    let (part, mut bench) = walked(Settings::default(), 11);
+    for (address, value) in changes {
+        let before = RefCell::new(Learnt::default());
+        let change = |bench: &mut Bench| {
+            *before.borrow_mut() = bench.foot.learnt();
+            bench.set(address, value);
+        };
+        let same = |bench: &mut Bench| {
+            // A new estimator looks for up first.
+            let flags = bench.foot.estimate().flags;
+            assert!(flags.contains(Flag::AttitudeNotInitialised), "{address:?}");
+            assert_goes_on(bench.foot.learnt(), *before.borrow());
+        };
+        let script: [Act<'_>; 2] = [(AT_WORK, &change), (AT_WORK + 1, &same)];
+        // Until it stands again.
+        let answers = scripted(&part, &mut bench, AT_WORK + 2000, &script);
+        assert_eq!(answers, [Answer::Done]);
+    }
+    let params = bench.foot.settings().params();
+    assert_eq!((params.learnt, params.decision.threshold), (None, 0.6));
+    assert_eq!(
+        (params.method, params.learning),
+        (Method::SelfCalibrating, Learning::Frozen)
+    );
+    assert!(bench.foot.learnt().is_settled());
+}
+
+#[test]
+fn what_another_writes_into_the_settings_counts_instead() {
+    let other = learnt_from(12).learnt().expect("something");
+    let (part, mut bench) = walked(Settings::default(), 13);
+    let numbers = other.to_array();
+    let writes: Vec<_> = (0..12)
+        .map(|i| {
+            let address = Address::new(index::LEARNT, i as u8 + 1);
+            move |bench: &mut Bench| bench.set(address, Value::F32(numbers[i]))
+        })
+        .collect();
+    let mut script: Vec<Act<'_>> = Vec::new();
+    for (tick, write) in (0..).zip(&writes) {
+        script.push((tick, write));
+    }
+    let there = |bench: &mut Bench| assert_starts_with(bench.foot.learnt(), other);
+    script.push((12, &there));
+    let answers = scripted(&part, &mut bench, 20, &script);
+    assert_eq!(answers, [Answer::Done; 12]);
+    assert_eq!(bench.foot.settings().learnt(), Some(other));
+}
+
+#[test]
+fn the_foot_and_a_replay_that_start_with_the_same_learnt_find_the_same_bits() {
+    let settings = learnt_from(14);
+    let params = settings.params();
+    assert!(params.learnt.is_some());
+    let mut bench = Bench::new(settings);
+    let part = walking(20.0, 15);
+    let (mut samples, mut on_foot): (Vec<_>, Vec<ContactEstimate>) = Default::default();
+    run(
+        Run::default(),
+        &part,
+        &mut bench,
+        15_000 * MS,
+        |bench, _, measurement| {
+            samples.push(RecordedSample {
+                imu: measurement.sample,
+                load: None,
+                label: None,
+            });
+            on_foot.push(*bench.foot.estimate());
+        },
+    );
     let recording = Recording {
         name: "what the foot measured".to_owned(),
         sample_rate: params.sample_rate,
@@ -160,29 +384,31 @@ fn the_host_finds_the_same_bits_in_the_same_samples() {
         load_title: String::new(),
         samples,
     };
-    calibration.add(&recording).expect("the foot's parameters");
-    let found = calibration.finish().expect("as many steps").half_width;
-    let found = found
-        .to_array()
-        .map(|half_width| Answer::Value(Value::F32(half_width).into()));
-    assert_eq!(answers[1..], found);
+    let on_host = replay(&recording, &params).expect("the foot's parameters");
+    assert_eq!(on_host.len(), on_foot.len());
+    let text = |estimate: &ContactEstimate| format!("{estimate:?}");
+    let difference = on_foot
+        .iter()
+        .zip(&on_host)
+        .find(|(a, b)| text(a) != text(b));
+    assert_eq!(difference, None);
 }
 
 #[test]
-fn standing_about_ends_in_a_fault_that_says_how_many_steps_there_were() {
-    let part = standing();
-    let mut bench = Bench::new(Settings::default());
-    let start = |bench: &mut Bench| bench.set(COMMAND, Value::U8(1));
-    let cancel = |bench: &mut Bench| bench.set(COMMAND, Value::U8(3));
-    let (answers, emergencies) = scripted(
-        &part,
-        &mut bench,
-        63_000,
-        &[(1000, &start), (62_000, &cancel)],
-    );
-    assert_eq!(answers, [Answer::Done, Answer::Done]);
-    let codes: Vec<_> = emergencies.iter().map(|e| (e.code, e.detail)).collect();
-    assert_eq!(codes, [(Fault::CalibrationFailed.code(), 0), (0, 0)]);
-    assert_eq!(*bench.foot.settings(), Settings::default());
-    assert!(part.now_ns() > 63 * SECOND - 2 * MS);
+fn a_reset_of_the_communication_counts_only_where_it_brings_another_learnt() {
+    let other = learnt_from(16);
+    let (part, mut bench) = walked(Settings::default(), 17);
+    for (settings, starts_with) in [(Settings::default(), None), (other.clone(), other.learnt())] {
+        let before = RefCell::new(Learnt::default());
+        let reload = |bench: &mut Bench| {
+            *before.borrow_mut() = bench.foot.learnt();
+            at_once(bench.ports.reload(settings.clone()));
+        };
+        let there = |bench: &mut Bench| {
+            let expected = starts_with.unwrap_or(*before.borrow());
+            assert_goes_on(bench.foot.learnt(), expected);
+        };
+        let script: [Act<'_>; 2] = [(AT_WORK, &reload), (AT_WORK + 1, &there)];
+        scripted(&part, &mut bench, AT_WORK + 10, &script);
+    }
 }

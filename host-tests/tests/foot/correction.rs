@@ -1,4 +1,4 @@
-//! What is wrong with the accelerometer, told to the foot over SDO and to a replay in a file.
+//! Errors of the accelerometer, corrected on the foot over SDO and in a replay by a file.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -19,8 +19,11 @@ const BIAS: [f64; 3] = [0.19, -0.12, 0.15];
 /// The correction's scale: what the part makes of a force is the force over it.
 const SCALE: [f64; 3] = [1.01, 0.992, 1.006];
 
-/// What makes good of both, and leaves a residual as it is.
-const ROBOT: &str = "residual = 'kept'
+/// The method that leaves in the acceleration what gravity's removal leaves.
+const METHOD: &str = "method = 'half_widths'";
+
+/// The same with the correction.
+const ROBOT: &str = "method = 'half_widths'
 [accelerometer]
 bias_m_s2 = { ax = 0.19, ay = -0.12, az = 0.15 }
 scale = { ax = 1.01, ay = 0.992, az = 1.006 }
@@ -66,8 +69,8 @@ fn write_over_sdo(bench: &mut Bench, address: Address, value: Value) {
     assert!(bench.ports.try_put(Input::Can(frame, at)));
 }
 
-/// What the foot was told, one after the other, last the residual so that each has to count.
-fn told(corrected: bool) -> Vec<(Address, Value)> {
+/// The settings that are written, one after the other; the method last, so that each has to count.
+fn written(corrected: bool) -> Vec<(Address, Value)> {
     let values = BIAS.into_iter().chain(SCALE).map(|value| value as f32);
     let values = (1..).zip(values).filter(|_| corrected);
     values
@@ -75,15 +78,15 @@ fn told(corrected: bool) -> Vec<(Address, Value)> {
             let address = Address::new(index::ACCELEROMETER, subindex);
             (address, Value::F32(value))
         })
-        .chain([(Address::new(index::WITNESSES, 5), Value::U8(0))])
+        .chain([(Address::new(index::ESTIMATION, 1), Value::U8(1))])
         .collect()
 }
 
 /// The samples as the sensor gave them, and the estimates, from the tick on which the last setting
 /// took effect.
 fn on_the_foot(corrected: bool) -> (Vec<ImuSample>, Vec<ContactEstimate>) {
-    let told = told(corrected);
-    let last = WRITTEN_MS + told.len() as u64;
+    let settings = written(corrected);
+    let last = WRITTEN_MS + settings.len() as u64;
     let mut bench = Bench::new(Settings::default());
     let (mut samples, mut estimates) = (Vec::new(), Vec::new());
     let mut ticks = 0;
@@ -102,7 +105,7 @@ fn on_the_foot(corrected: bool) -> (Vec<ImuSample>, Vec<ContactEstimate>) {
                 bench.command(Command::EnterPreOperational);
             } else if let Some((address, value)) = ticks
                 .checked_sub(WRITTEN_MS)
-                .and_then(|written| told.get(written as usize))
+                .and_then(|written| settings.get(written as usize))
             {
                 write_over_sdo(bench, *address, *value);
             }
@@ -164,7 +167,7 @@ fn bits(estimates: &[ContactEstimate]) -> Vec<String> {
 
 #[test]
 fn the_foot_and_a_replay_put_readings_right_with_the_same_bits() {
-    for (corrected, robot) in [(true, ROBOT), (false, "residual = 'kept'")] {
+    for (corrected, robot) in [(true, ROBOT), (false, METHOD)] {
         let (samples, on_foot) = on_the_foot(corrected);
         let on_host = bits(&on_the_host(&samples, robot));
         let on_foot = bits(&on_foot);

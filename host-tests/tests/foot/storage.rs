@@ -16,7 +16,7 @@ const RANGE: std::ops::Range<u32> = 0..(PAGE * PAGES) as u32;
 /// Two pages of flash that lose their power after so many bytes. A write clears bits, byte by
 /// byte; an erase sets them, byte by byte too.
 #[derive(Clone)]
-struct Flash {
+pub struct Flash {
     bytes: Vec<u8>,
     power: u64,
     /// Bytes written and erased so far.
@@ -24,7 +24,7 @@ struct Flash {
 }
 
 #[derive(Debug)]
-struct PowerCut;
+pub struct PowerCut;
 
 impl NorFlashError for PowerCut {
     fn kind(&self) -> NorFlashErrorKind {
@@ -33,7 +33,7 @@ impl NorFlashError for PowerCut {
 }
 
 impl Flash {
-    fn blank() -> Self {
+    pub fn blank() -> Self {
         Self {
             bytes: vec![0xFF; PAGE * PAGES],
             power: u64::MAX,
@@ -93,7 +93,8 @@ fn storage(flash: Flash) -> Storage<Flash> {
     Storage::new(flash, RANGE).expect("two pages")
 }
 
-fn load(flash: Flash) -> (Settings, Origin) {
+/// The settings that a start finds.
+pub fn load(flash: Flash) -> (Settings, Origin) {
     at_once(storage(flash).load())
 }
 
@@ -112,7 +113,8 @@ fn settings(number: u32) -> Settings {
     settings
 }
 
-fn stored(flash: Flash, settings: &Settings) -> Flash {
+/// The flash after a store.
+pub fn stored(flash: Flash, settings: &Settings) -> Flash {
     let mut storage = storage(flash);
     at_once(storage.store(settings)).expect("it has power");
     storage.release()

@@ -38,6 +38,7 @@ FLAGS = {
     "Stale": "stale",
     "InvalidSample": "invalid_sample",
     "TimeGap": "time_gap",
+    "Settling": "settling",
 }
 
 
@@ -53,7 +54,7 @@ def close(value, expected, half_step):
 
 def check_contact(signals, states, row, index):
     flags = row["flags"].split("|") if row["flags"] else []
-    doubt = [flag for flag in flags if flag != "time_gap"]
+    doubt = [flag for flag in flags if flag not in {"time_gap", "settling"}]
     ticks = math.floor(float(row["t"]) * 1e5 + 1e-3) % 65536
     assert round(signals["Timestamp"] * 100) == ticks, (index, signals, row["t"])
     assert signals["Sequence"] == index % 256

@@ -5,7 +5,7 @@
 //! what it measures and knows.
 //!
 //! To add a setting, add an entry with `Entry::setting` to `settings` and read it in
-//! [`settings`](crate::settings); the files are made anew by
+//! [`settings`](crate::settings); the files are written by
 //! `FOOTFALL_UPDATE=1 cargo test -p wire --test files`.
 
 mod communication;
@@ -70,8 +70,9 @@ pub mod index {
     pub const ATTITUDE_FILTER: u16 = 0x2013;
     pub const DECISION: u16 = 0x2014;
     pub const LOAD_INPUT: u16 = 0x2015;
-    pub const WITNESSES: u16 = 0x2016;
+    pub const ESTIMATION: u16 = 0x2016;
     pub const ACCELEROMETER: u16 = 0x2017;
+    pub const LEARNT: u16 = 0x2018;
 
     pub const CONTACT: u16 = 0x2100;
     pub const AXES: u16 = 0x2101;

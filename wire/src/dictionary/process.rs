@@ -1,6 +1,9 @@
 //! From 0x2100 on: what the foot measures, what it knows, and what it can be told to do.
 
-use super::{Access, Entry, Object, Role, Shape, Text, index};
+use estimator_core::Learnt;
+
+use super::settings::LEARNT;
+use super::{Access, Entry, Limits, Object, Role, Shape, Text, index};
 use crate::counter::Counter;
 use crate::value::Value;
 
@@ -36,9 +39,29 @@ const fn counters() -> [Entry; Counter::ALL.len()] {
     entries
 }
 
-const fn proposed(sub: u8, name: &'static str, unit: &'static str) -> Entry {
-    Entry::live(sub, name, Value::F32(0.0)).unit(unit)
-}
+/// Command, state and what the foot has learnt so far: the entries of 0x2018, but live.
+#[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
+const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
+    let command = Entry::command(1, "Command", Access::Wo, Value::U8(0))
+        .range(Value::U8(1), Value::U8(2))
+        .doc("1 keep: 0x2018 becomes what the foot has learnt so far, where that has settled; 2 forget: 0x2018 becomes 0, and the foot starts as if it had learnt nothing. Both in pre-operational");
+    let state = Entry::live(2, "State", Value::U8(0))
+        .doc("0 settling, 1 settled, 2 frozen: nothing is learnt with the settings of 0x2016");
+    let mut entries = [state; 2 + Learnt::NUMBERS];
+    entries[0] = command;
+    let mut i = 0;
+    while i < LEARNT.len() {
+        entries[2 + i] = Entry {
+            subindex: 3 + i as u8,
+            role: Role::Live,
+            access: Access::Ro,
+            limits: Limits::Any,
+            ..LEARNT[i]
+        };
+        i += 1;
+    }
+    entries
+};
 
 pub(super) const OBJECTS: &[Object] = &[
     Object {
@@ -184,19 +207,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::CALIBRATION,
         name: Text::new("Calibration"),
         shape: Shape::Record,
-        doc: Text::new("half-widths from steps on good ground"),
-        entries: &[
-            Entry::command(1, "Command", Access::Wo, Value::U8(0))
-                .range(Value::U8(1), Value::U8(3))
-                .doc("1 collect, 2 accept the proposal (in pre-operational), 3 give up"),
-            Entry::live(2, "State", Value::U8(0))
-                .doc("0 idle, 1 collecting, 2 proposal ready, 3 failed"),
-            proposed(3, "Proposed half-width ax", "m/s²"),
-            proposed(4, "Proposed half-width ay", "m/s²"),
-            proposed(5, "Proposed half-width az", "m/s²"),
-            proposed(6, "Proposed half-width wx", "rad/s"),
-            proposed(7, "Proposed half-width wy", "rad/s"),
-            proposed(8, "Proposed half-width wz", "rad/s"),
-        ],
+        doc: Text::new("what the foot has learnt while it walked, as it is now"),
+        entries: &CALIBRATION,
     },
 ];

@@ -1,7 +1,8 @@
 //! 0x2000 to 0x20FF: the configuration of the foot.
 
+use estimator_core::stillness;
 use estimator_core::{
-    AccelerometerCorrection, AttitudeParams, Params, PerAxis, Residual, SlideParams, WindowLength,
+    AccelerometerCorrection, AttitudeParams, Learning, Learnt, Params, PerAxis, WindowLength,
 };
 
 use super::{Entry, Limits, Object, Shape, Text, index};
@@ -23,41 +24,52 @@ const fn window_us(window: WindowLength) -> Value {
     }
 }
 
-/// What else testifies of an axis, and how sharply: what the default preset adds to the paper's
-/// method.
-const WITNESSES: &[Entry] = {
-    const SHORT_WINDOW: Value = match Params::DEFAULT.short_window {
-        Some(window) => window_us(window),
-        None => Value::U32(0),
-    };
-    const SLIDE: SlideParams = match Params::DEFAULT.slide {
-        Some(slide) => slide,
-        None => SlideParams {
-            speed: 0.0,
-            ..SlideParams::DEFAULT
-        },
-    };
-    &[
-        Entry::setting(1, "Short window", SHORT_WINDOW)
-            .range(Value::U32(0), Value::U32(256_000))
-            .unit("µs")
-            .doc("an axis has the lower probability of both windows; at least 5 samples; 0, or the window or more: there is but one"),
-        real(2, "Slide speed", SLIDE.speed, 0.0, 1.0e3)
-            .unit("m/s")
-            .doc("least speed along the ground that is no rest, more where half-widths are wide; 0, or fewer than 200 samples a second: accelerations only"),
-        real(3, "Slide time constant", SLIDE.time_constant, 1.0e-3, 10.0)
-            .unit("s")
-            .doc("for how long speed is remembered"),
-        real(4, "Tolerance", Params::DEFAULT.tolerance, 0.0, 1.0)
-            .doc("how well half-widths are known, as a part of themselves; from 0.74 on a foot at rest is below one half"),
-        Entry::switch(
-            5,
-            "Residual",
-            matches!(Params::DEFAULT.residual, Residual::Removed) as u8,
+/// How the probability is found.
+const ESTIMATION: &[Entry] = &[
+    Entry::switch(1, "Method", Params::DEFAULT.method as u8)
+        .doc("0 self-calibrating: the foot learns its limits of stillness while it walks; 1 half-widths: the limits of 0x2012"),
+    Entry::switch(2, "Learning", matches!(Params::DEFAULT.learning, Learning::On) as u8)
+        .doc("1 on; 0 frozen: what has been learnt stays as it is. Without effect with method 1"),
+];
+
+/// The numbers of [`Learnt`] in the order of its array. Limits are those of the estimator.
+pub(super) const LEARNT: [Entry; Learnt::NUMBERS] = {
+    /// Logarithms of amplitudes: from 1e-4 to 1e4 of the unit.
+    const LOGARITHM: f32 = stillness::LOGARITHM.1;
+    const fn amplitude(sub: u8, name: &'static str, unit: &'static str) -> Entry {
+        real(sub, name, 0.0, -LOGARITHM, LOGARITHM).unit(unit)
+    }
+    const fn width(sub: u8, name: &'static str) -> Entry {
+        real(sub, name, 0.0, 0.0, LOGARITHM).doc("mean deviation in stillness, of the logarithm")
+    }
+    const ACCELERATION: &str = "ln(m/s²)";
+    const RATE: &str = "ln(rad/s)";
+    [
+        amplitude(1, "Acceleration, still", ACCELERATION),
+        amplitude(2, "Acceleration, moving", ACCELERATION).doc(NOT_BELOW_STILL),
+        width(3, "Acceleration, width"),
+        amplitude(4, "Rate, still", RATE),
+        amplitude(5, "Rate, moving", RATE).doc(NOT_BELOW_STILL),
+        width(6, "Rate, width"),
+        amplitude(7, "Velocity, still", ACCELERATION).doc("of the leaky mean of the acceleration"),
+        amplitude(8, "Velocity, moving", ACCELERATION).doc(NOT_BELOW_STILL),
+        width(9, "Velocity, width"),
+        real(
+            10,
+            "Stillness learnt from",
+            0.0,
+            0.0,
+            stillness::MOST_SECONDS,
         )
-        .doc("1: what quiet stances show to be left of gravity is taken out; 0: it stays in"),
+        .unit("s"),
+        real(11, "Motion learnt from", 0.0, 0.0, stillness::MOST_SECONDS).unit("s"),
+        real(12, "Age", 0.0, 0.0, stillness::OLDEST)
+            .unit("s")
+            .doc("how long the foot has run since it last learnt anything"),
     ]
 };
+
+const NOT_BELOW_STILL: &str = "not below that of stillness";
 
 const fn per_axis(defaults: PerAxis<f32>, high: f32, units: [&'static str; 2]) -> [Entry; 6] {
     const fn axis(sub: u8, name: &'static str, value: f32, high: f32, unit: &'static str) -> Entry {
@@ -257,7 +269,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::WINDOW,
         name: Text::new("Window"),
         shape: Shape::Var,
-        doc: Text::new("how far back the estimate looks"),
+        doc: Text::new("how far back the estimate looks; only with method 1 of 0x2016"),
         entries: &[
             Entry::setting(0, "Window", window_us(Params::DEFAULT.window))
                 .range(Value::U32(1_000), Value::U32(256_000))
@@ -268,14 +280,16 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::BANDWIDTH,
         name: Text::new("Bandwidth"),
         shape: Shape::Array,
-        doc: Text::new("kernel standard deviation h: the sensor's noise"),
+        doc: Text::new(
+            "kernel standard deviation h: the sensor's noise; only with method 1 of 0x2016",
+        ),
         entries: &per_axis(Params::DEFAULT.bandwidth, 1.0e3, SI),
     },
     Object {
         index: index::HALF_WIDTH,
         name: Text::new("Half-width"),
         shape: Shape::Array,
-        doc: Text::new("motion within ±δ counts as rest"),
+        doc: Text::new("motion within ±δ counts as rest; only with method 1 of 0x2016"),
         entries: &per_axis(Params::DEFAULT.half_width, 1.0e4, SI),
     },
     Object {
@@ -324,11 +338,11 @@ pub(super) const OBJECTS: &[Object] = &[
         ],
     },
     Object {
-        index: index::WITNESSES,
-        name: Text::new("Witnesses"),
+        index: index::ESTIMATION,
+        name: Text::new("Estimation"),
         shape: Shape::Record,
-        doc: Text::new("what else testifies of an axis beside the window, and how sharply"),
-        entries: WITNESSES,
+        doc: Text::new("where the limits of stillness come from"),
+        entries: ESTIMATION,
     },
     Object {
         index: index::ACCELEROMETER,
@@ -338,5 +352,14 @@ pub(super) const OBJECTS: &[Object] = &[
             "what the estimate rests on is (reading − bias) × scale; `footfall calibrate --rests` finds both",
         ),
         entries: ACCELEROMETER,
+    },
+    Object {
+        index: index::LEARNT,
+        name: Text::new("Learnt"),
+        shape: Shape::Record,
+        doc: Text::new(
+            "what the foot starts with: means of the logarithms of amplitudes, and what they rest on. Nothing where 10 and 11 are both 0, whatever else stands here. To write all of it: first 0 to 10 and 11, then the others, then those two. 0x2120 writes it from what the foot has learnt",
+        ),
+        entries: &LEARNT,
     },
 ];

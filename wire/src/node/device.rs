@@ -2,7 +2,7 @@
 
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
-use estimator_core::{PerAxis, Timestamp};
+use estimator_core::{Learning, Learnt, Method, Timestamp};
 
 use super::event::{Calibration, CalibrationState, Crash, Event};
 use super::snapshot::Snapshot;
@@ -32,7 +32,8 @@ pub(super) struct Device {
     pub(super) stage: Stage,
     pub(super) counters: Counters,
     pub(super) crash: Option<Crash>,
-    pub(super) calibration: CalibrationState,
+    /// What the estimator has learnt.
+    pub(super) learnt: Learnt,
     pub(super) load: Option<Load>,
     /// Ticks since it came.
     pub(super) load_age: u16,
@@ -72,16 +73,12 @@ impl Device {
                 (Some((_, at)), _) => LongTime::from(at).0,
                 (None, _) => 0,
             },
-            index::CALIBRATION => match (address.subindex, self.calibration) {
-                (2, CalibrationState::Idle) => 0,
-                (2, CalibrationState::Collecting) => 1,
-                (2, CalibrationState::Ready(_)) => 2,
-                (2, CalibrationState::Failed) => 3,
-                (sub, CalibrationState::Ready(proposal)) => {
-                    let axis = usize::from(sub).checked_sub(3)?;
-                    proposal.to_array().get(axis)?.to_bits()
+            index::CALIBRATION => match address.subindex {
+                2 => u32::from(self.calibration().code()),
+                sub => {
+                    let number = usize::from(sub).checked_sub(3)?;
+                    self.learnt.to_array().get(number)?.to_bits()
                 }
-                _ => 0,
             },
             _ => return None,
         })
@@ -92,22 +89,41 @@ impl Device {
         self.load_age = 0;
     }
 
+    fn calibration(&self) -> CalibrationState {
+        match (self.settings.method(), self.settings.learning()) {
+            (Method::SelfCalibrating, Learning::On) if self.learnt.is_settled() => {
+                CalibrationState::Settled
+            }
+            (Method::SelfCalibrating, Learning::On) => CalibrationState::Settling,
+            _ => CalibrationState::Frozen,
+        }
+    }
+
     /// Whether settings may be written: in pre-operational state, and while there is no node id to
-    /// become pre-operational with (over UART, then).
-    fn may_be_configured(&self) -> bool {
-        self.state == NmtState::PreOperational || self.id.is_none()
+    /// become pre-operational with (over UART, then); and none but the lock while it is set.
+    fn may_be_changed(&self, index: u16) -> Result<(), AbortCode> {
+        if self.state != NmtState::PreOperational && self.id.is_some() {
+            return Err(AbortCode::DeviceState);
+        }
+        if self.settings.is_locked() && index != index::LOCK {
+            return Err(AbortCode::Locked);
+        }
+        Ok(())
     }
 
     fn write_setting(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
-        if !self.may_be_configured() {
-            return Err(AbortCode::DeviceState);
-        }
-        if self.settings.is_locked() && address.index != index::LOCK {
-            return Err(AbortCode::Locked);
-        }
+        self.may_be_changed(address.index)?;
         self.settings.set(address, value)?;
+        if address.index == index::LEARNT {
+            self.restart_learning();
+        }
         self.event = Some(Event::Changed(address));
         Ok(())
+    }
+
+    /// What the estimator has learnt is what the settings say, until it is published again.
+    fn restart_learning(&mut self) {
+        self.learnt = self.settings.learnt().unwrap_or_default();
     }
 
     fn run_command(&mut self, address: Address, value: Value) -> Result<Written, AbortCode> {
@@ -136,39 +152,24 @@ impl Device {
             }
             (index::STORE | index::RESTORE, _) => Err(AbortCode::CannotStore),
             (index::CALIBRATION, Value::U8(command)) => {
+                self.may_be_changed(address.index)?;
                 let command = match command {
-                    1 => Calibration::Start,
-                    2 => Calibration::Accept,
-                    _ => Calibration::Cancel,
+                    1 if !self.learnt.is_settled() => return Err(AbortCode::InvalidValue),
+                    1 => Calibration::Keep,
+                    _ => Calibration::Forget,
                 };
-                if command == Calibration::Accept {
-                    if !self.may_be_configured() {
-                        return Err(AbortCode::DeviceState);
+                match command {
+                    Calibration::Keep => self.settings.set_learnt(Some(self.learnt))?,
+                    Calibration::Forget => {
+                        self.settings.set_learnt(None)?;
+                        self.restart_learning();
                     }
-                    if self.settings.is_locked() {
-                        return Err(AbortCode::Locked);
-                    }
-                    let CalibrationState::Ready(proposal) = self.calibration else {
-                        return Err(AbortCode::InvalidValue);
-                    };
-                    self.accept(proposal)?;
                 }
                 self.event = Some(Event::Calibration(command));
                 Ok(Written::Done)
             }
             _ => Err(AbortCode::ReadOnly),
         }
-    }
-
-    /// Makes proposed half-widths the settings: all or none.
-    fn accept(&mut self, proposal: PerAxis<f32>) -> Result<(), AbortCode> {
-        let mut settings = self.settings.clone();
-        for (subindex, half_width) in (1..).zip(proposal.to_array()) {
-            let address = Address::new(index::HALF_WIDTH, subindex);
-            settings.set(address, Value::F32(half_width))?;
-        }
-        self.settings = settings;
-        Ok(())
     }
 }
 

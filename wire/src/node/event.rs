@@ -2,7 +2,6 @@
 
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
-use estimator_core::PerAxis;
 
 use crate::dictionary::Address;
 use crate::fault::Fault;
@@ -44,33 +43,40 @@ pub enum Event {
     Time(TimeOfDay),
     /// The robot says what the load is.
     Load(Load),
-    /// Somebody wants half-widths from steps on good ground.
+    /// A command to the calibration was executed: [`Node::settings`](super::Node::settings).
     Calibration(Calibration),
 }
 
-/// What the calibration is told to do.
+/// A command to the calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Calibration {
-    /// Collect steps.
-    Start,
-    /// Make the proposed half-widths the settings.
-    Accept,
-    /// Give up.
-    Cancel,
+    /// What the foot has learnt is in the settings now: the estimator goes on as it is.
+    Keep,
+    /// Nothing learnt is left in the settings: the estimator starts with nothing.
+    Forget,
 }
 
-/// How far the calibration is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// How far the calibration is: sub-index 2 of object 0x2120.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CalibrationState {
-    /// It was not asked for.
-    #[default]
-    Idle,
-    /// It collects steps.
-    Collecting,
-    /// It proposes these half-widths.
-    Ready(PerAxis<f32>),
-    /// There were too few usable steps.
-    Failed,
+    /// The foot has not learnt enough yet.
+    Settling,
+    /// The foot has learnt enough, and goes on learning.
+    Settled,
+    /// The settings let it learn nothing.
+    Frozen,
+}
+
+impl CalibrationState {
+    /// The state's code on the wire.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Settling => 0,
+            Self::Settled => 1,
+            Self::Frozen => 2,
+        }
+    }
 }
 
 /// What came of a frame.

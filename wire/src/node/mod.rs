@@ -20,7 +20,7 @@ use canopen_rs::lss::{self, LssAddress, LssSlave, LssState};
 use canopen_rs::nmt;
 use canopen_rs::time::TimeOfDay;
 use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
-use estimator_core::{ContactEstimate, Timestamp};
+use estimator_core::{ContactEstimate, Learnt, Timestamp};
 
 use device::Device;
 use snapshot::Snapshot;
@@ -74,7 +74,7 @@ pub struct Node {
     /// The faults of which none is to be sent yet.
     withheld: Faults,
     /// The detail of each fault, by its number.
-    details: [u32; Fault::ALL.len()],
+    details: [u32; Fault::NUMBERS],
 }
 
 const LSS_CONFIGURE_NODE_ID: u8 = 0x11;
@@ -99,7 +99,7 @@ impl Node {
                 stage: Stage::Starting,
                 counters: Counters::default(),
                 crash: None,
-                calibration: CalibrationState::Idle,
+                learnt: Learnt::default(),
                 load: None,
                 load_age: 0,
                 time: None,
@@ -118,7 +118,7 @@ impl Node {
             sequence: 0,
             told: Faults::NONE,
             withheld: Faults::NONE,
-            details: [0; Fault::ALL.len()],
+            details: [0; Fault::NUMBERS],
         }
     }
 
@@ -197,9 +197,10 @@ impl Node {
         self.device.crash = Some(crash);
     }
 
-    /// Publishes how far the calibration is.
-    pub const fn set_calibration(&mut self, calibration: CalibrationState) {
-        self.device.calibration = calibration;
+    /// Publishes what the estimator has learnt. Needed before a request is taken in: objects are
+    /// encoded when they are read.
+    pub const fn set_learnt(&mut self, learnt: Learnt) {
+        self.device.learnt = learnt;
     }
 
     /// The load as the robot last said, over RPDO1 or SDO; `None` before that, and where it has said

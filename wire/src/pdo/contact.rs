@@ -24,7 +24,7 @@ use crate::fault::Faults;
 /// | 4 | valid: no flag but a time gap, and no fault |
 /// | 5 | saturated |
 /// | 6 | fault: the sensor cannot be believed |
-/// | 7 | settling: the window is not full, or up is not yet known |
+/// | 7 | starting: the window is not full, or up is not yet known |
 ///
 /// A status that is not valid never says "stable", whoever made it and whatever bits came in:
 /// neither as decision nor as a phase that rests on one. With a fault the phase is unknown.
@@ -35,7 +35,7 @@ const DECISION: u8 = 1 << 3;
 const VALID: u8 = 1 << 4;
 const SATURATED: u8 = 1 << 5;
 const FAULT: u8 = 1 << 6;
-const SETTLING: u8 = 1 << 7;
+const STARTING: u8 = 1 << 7;
 
 impl Status {
     /// The status of an estimate while `faults` last.
@@ -54,7 +54,7 @@ impl Status {
             bits |= SATURATED;
         }
         if flags.contains(Flag::WindowNotFull) || flags.contains(Flag::AttitudeNotInitialised) {
-            bits |= SETTLING;
+            bits |= STARTING;
         }
         Self::from_bits(bits)
     }
@@ -62,7 +62,7 @@ impl Status {
     /// The status with these bits, less what a status that is not valid may not say.
     #[must_use]
     pub fn from_bits(bits: u8) -> Self {
-        let doubtful = FAULT | SATURATED | SETTLING;
+        let doubtful = FAULT | SATURATED | STARTING;
         let mut status = Self(bits);
         if bits & doubtful != 0 {
             status.0 &= !VALID;
@@ -121,8 +121,8 @@ impl Status {
 
     /// Whether the window is not full or up is not yet known.
     #[must_use]
-    pub const fn is_settling(self) -> bool {
-        self.0 & SETTLING != 0
+    pub const fn is_starting(self) -> bool {
+        self.0 & STARTING != 0
     }
 }
 
@@ -282,7 +282,7 @@ pub(super) const SIGNALS: &[Signal] = &[
         "The sensor cannot be believed; the EMCY message says why.",
     ),
     Signal::flag(
-        "Settling",
+        "Starting",
         63,
         "The window is not full, or up is not yet known.",
     ),
@@ -343,8 +343,18 @@ mod tests {
     }
 
     #[test]
-    fn every_flag_but_a_gap_makes_the_frame_not_valid_and_not_stable() {
-        for flag in Flag::ALL.into_iter().filter(|flag| *flag != Flag::TimeGap) {
+    fn every_flag_but_a_gap_and_settling_makes_the_frame_not_valid_and_not_stable() {
+        let harmless = |flag: &Flag| matches!(flag, Flag::TimeGap | Flag::Settling);
+        for flag in Flag::ALL.into_iter().filter(harmless) {
+            let contact = ContactEstimate {
+                flags: Flags::NONE.with(flag),
+                ..estimate()
+            };
+            let status = Contact::new(&contact, 0, Faults::NONE).status;
+            assert!(status.is_valid() && !status.is_starting(), "{flag:?}");
+            assert_eq!(status.decision(), Decision::Stable, "{flag:?}");
+        }
+        for flag in Flag::ALL.into_iter().filter(|flag| !harmless(flag)) {
             let doubtful = ContactEstimate {
                 flags: Flags::NONE.with(flag),
                 ..estimate()
@@ -365,7 +375,7 @@ mod tests {
             if status.has_fault() {
                 assert_eq!(status.phase(), Phase::Unknown, "{bits:#010b}");
             }
-            if status.has_fault() || status.is_saturated() || status.is_settling() {
+            if status.has_fault() || status.is_saturated() || status.is_starting() {
                 assert!(!status.is_valid(), "{bits:#010b}");
             }
         }

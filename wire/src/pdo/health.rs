@@ -2,7 +2,7 @@
 //!
 //! | bytes | field |
 //! |---|---|
-//! | 0 | the estimator's flags: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap |
+//! | 0 | the estimator's flags: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap, 6 settling |
 //! | 1 | error register (object 0x1001) |
 //! | 2 | frames dropped before they got onto CAN or UART, modulo 2⁸ |
 //! | 3 | the counter of the last SYNC; 0 where it had none, and before the first |
@@ -105,6 +105,11 @@ pub(super) const SIGNALS: &[Signal] = &[
         "TimeGap",
         5,
         "More than one and a half periods since the sample before.",
+    ),
+    Signal::flag(
+        "Settling",
+        6,
+        "The foot has not learnt enough of its stillness and motion yet; a few steps end that.",
     ),
     Signal::unsigned("ErrorRegister", 8, 8, 1.0, "", "Object 0x1001 of CiA 301."),
     Signal::unsigned(

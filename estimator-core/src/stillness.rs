@@ -1,0 +1,539 @@
+//! The self-calibrating estimate: the paper's kernel mass on a logarithmic scale, with limits that
+//! the foot finds itself.
+//!
+//! Three quantities tell a foot that stands from one that moves: its acceleration, its angular rate,
+//! and the leaky mean of its acceleration, which shaking does not have and a swing does. Of each, what
+//! counts is the logarithm of the amplitude, since robots differ by factors:
+//!
+//! ```text
+//! u    = ½ ln(x² + floor²)
+//! edge = between the foot's own stillness and motion, see `stillness::classes`
+//! mass = Φ((edge − u)/h)                    the kernel's mass below the edge, in closed form
+//! M    ← M + (mass − M)·(1 − exp(−dt/τ))    mean over the last τ; of the leaky mean, the newest
+//! P    = Π [f + (1 − f)·M] · no slide       f: the share that a quantity cannot take away
+//! ```
+//!
+//! The same classes judge parts of the motion: what lies across up and turns about it (tangential),
+//! what lies along up and tilts (vertical), and what each axis of the sensor sees alone. A part's
+//! amplitude is at most that of the whole, so its probability is at least that of the whole.
+//!
+//! | step | module |
+//! |---|---|
+//! | what gravity's removal leaves, taken out | `stillness::gravity_error` |
+//! | stillness and motion as this foot shows them | `stillness::classes` |
+//! | speed picked up along the ground | `stillness::slide` |
+//! | tangential, vertical and each axis alone | `stillness::parts` |
+//! | constants | `stillness::params` |
+
+mod classes;
+mod gravity_error;
+mod params;
+mod parts;
+mod slide;
+
+pub use classes::{Classes, LOGARITHM, Learnt, MOST_SECONDS, OLDEST, SETTLED_AFTER};
+pub use params::{
+    Constants, GravityErrorParams, Learning, QuantityParams, SlideParams, StillnessParams,
+};
+pub use slide::SLOWEST_RATE;
+
+use classes::{Edge, Learner, LearnerCoefficients, PerQuantity};
+use gravity_error::{Foot, GravityError};
+use parts::{Motion, Parts};
+use slide::Slide;
+
+use crate::axis::PerAxis;
+use crate::erf::erf;
+use crate::logarithm::{exp, ln};
+use crate::order::Order;
+use crate::params::{ParamsError, STANDARD_GRAVITY};
+use crate::probability::Probabilities;
+use crate::root::{rounded, sqrt};
+use crate::sample::{AngularRate, LinearAcceleration};
+use crate::vector::Vec3;
+use crate::window::Filling;
+
+/// What a self-calibrating estimate is made from, checked.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StillnessConfig {
+    constants: Constants,
+    learning: Learning,
+    learnt: Option<Learnt>,
+    sample_rate: f32,
+}
+
+impl StillnessConfig {
+    /// Checks what the constants' own type has not checked already.
+    pub fn new(
+        constants: &Constants,
+        learning: Learning,
+        learnt: Option<Learnt>,
+        sample_rate: f32,
+    ) -> Result<Self, ParamsError> {
+        if let Some(learnt) = &learnt {
+            learnt.validate()?;
+        }
+        Ok(Self {
+            constants: *constants,
+            learning,
+            learnt,
+            sample_rate,
+        })
+    }
+}
+
+/// What does not change from sample to sample.
+#[derive(Clone, Copy, Debug)]
+struct Coefficients {
+    learning: Learning,
+    learner: LearnerCoefficients,
+    /// An acceleration counts in the leaky mean up to this, m/s².
+    impact: f32,
+    /// The foot counts as quiet from this share of mass on.
+    quiet: f32,
+    /// Share of the newest mass in its mean.
+    newest: f32,
+    /// Share of the newest acceleration in the leaky mean.
+    leak: f32,
+    /// Samples after which the means are worth their name.
+    window: u32,
+}
+
+/// The estimate and all that it has learnt.
+#[derive(Clone, Debug)]
+pub(crate) struct Stillness {
+    coefficients: Coefficients,
+    learner: Learner,
+    gravity_error: GravityError,
+    slide: Option<Slide>,
+    /// The leaky mean of the acceleration, m/s², sensor frame.
+    velocity: Vec3,
+    /// Mean masses of the whole motion.
+    acceleration: f32,
+    rate: f32,
+    parts: Parts,
+    /// Samples in the means.
+    filled: u32,
+    probabilities: Probabilities,
+    lesson: Lesson,
+}
+
+/// What is left to be done with the newest sample once its probability is known.
+#[derive(Clone, Debug)]
+struct Lesson {
+    state: LessonState,
+    motion: Motion,
+    /// Logarithms of the amplitudes.
+    logarithms: PerQuantity<f32>,
+    /// The probability of stillness that the sample teaches with.
+    stable: f32,
+}
+
+/// Whether there is anything left to be done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LessonState {
+    Due,
+    Over,
+}
+
+/// Where up is not known, neither yes nor no can be said.
+const UP_UNKNOWN: Probabilities = Probabilities {
+    axes: PerAxis::splat(0.5),
+    tangential: 0.5,
+    vertical: 0.5,
+    stable: 0.5,
+};
+
+impl Stillness {
+    pub fn new(config: &StillnessConfig) -> Self {
+        let &StillnessConfig {
+            ref constants,
+            learning,
+            learnt,
+            sample_rate,
+        } = config;
+        let params = constants.params();
+        let share = |time_constant: f32| 1.0 - exp(-1.0 / (time_constant * sample_rate));
+        let learner = LearnerCoefficients::new(constants, sample_rate);
+        Self {
+            learner: Learner::new(&learner, learnt),
+            gravity_error: GravityError::new(&params.gravity_error, sample_rate),
+            slide: Slide::new(params.slide, sample_rate),
+            velocity: Vec3::ZERO,
+            acceleration: 0.0,
+            rate: 0.0,
+            parts: Parts::new(params.window, sample_rate),
+            filled: 0,
+            probabilities: Probabilities::default(),
+            lesson: Lesson {
+                state: LessonState::Over,
+                motion: Motion::default(),
+                logarithms: PerQuantity::default(),
+                stable: 0.0,
+            },
+            coefficients: Coefficients {
+                learning,
+                learner,
+                impact: params.impact,
+                quiet: params.gravity_error.quiet,
+                newest: share(params.window),
+                leak: share(params.leak),
+                window: rounded(params.window * sample_rate).max(1),
+            },
+        }
+    }
+
+    /// What the newest sample came to; 0 before the first.
+    pub const fn probabilities(&self) -> Probabilities {
+        self.probabilities
+    }
+
+    /// The window's time constant in samples, at least 1.
+    pub const fn window(&self) -> u32 {
+        self.coefficients.window
+    }
+
+    /// What is left of gravity, m/s², sensor frame.
+    pub const fn gravity_error(&self) -> Vec3 {
+        self.gravity_error.value()
+    }
+
+    /// What the foot has taught.
+    pub fn learnt(&self) -> Learnt {
+        self.learner.learnt(&self.coefficients.learner)
+    }
+
+    /// Whether what was learnt rests on enough.
+    pub fn is_settled(&self) -> bool {
+        self.learner.is_settled()
+    }
+
+    /// Lowers the probabilities to those of `before`, where they are above.
+    pub fn hold(&mut self, before: &Probabilities) -> Probabilities {
+        self.probabilities = self.probabilities.no_higher_than(before);
+        self.probabilities
+    }
+
+    /// Takes in one sample's motion, gravity, its [error](Self::gravity_error) and bias removed; `up`
+    /// is the unit vector that points up, sensor frame.
+    pub fn push(
+        &mut self,
+        acceleration: LinearAcceleration,
+        rate: AngularRate,
+        up: Vec3,
+    ) -> Probabilities {
+        self.finish();
+        let Coefficients {
+            ref learner,
+            impact,
+            quiet,
+            newest,
+            leak,
+            ..
+        } = self.coefficients;
+        let (a, w) = (acceleration.0, rate.0);
+        let square = a.dot(a);
+        let capped = match square > impact * impact {
+            true => a * (impact / sqrt(square)),
+            false => a,
+        };
+        self.velocity += (capped - self.velocity) * leak;
+        let motion = &mut self.lesson.motion;
+        *motion = Motion {
+            acceleration: a,
+            rate: w,
+            velocity: self.velocity,
+            up,
+            squares: PerQuantity {
+                acceleration: square,
+                rate: w.dot(w),
+                velocity: self.velocity.dot(self.velocity),
+            },
+        };
+
+        let edges = self.learner.edges();
+        let quantities = &learner.quantities;
+        let logarithms = PerQuantity {
+            acceleration: amplitude(
+                motion.squares.acceleration,
+                quantities.acceleration.floor_squared,
+            ),
+            rate: amplitude(motion.squares.rate, quantities.rate.floor_squared),
+            velocity: amplitude(motion.squares.velocity, quantities.velocity.floor_squared),
+        };
+        self.lesson.logarithms = logarithms;
+        // Until the window has passed, the means are over the samples so far.
+        self.filled = self.filled.saturating_add(1);
+        let newest = newest.greater(1.0 / self.filled as f32);
+        let mass_of_acceleration = mass(logarithms.acceleration, &edges.acceleration);
+        self.acceleration += (mass_of_acceleration - self.acceleration) * newest;
+        self.rate += (mass(logarithms.rate, &edges.rate) - self.rate) * newest;
+        let velocity = mass(logarithms.velocity, &edges.velocity);
+
+        let foot = match self.acceleration * velocity > quiet {
+            true => Foot::Quiet,
+            false => Foot::Moving,
+        };
+        self.gravity_error.update(a, foot);
+        if let Some(slide) = &mut self.slide {
+            let along = up * a.dot(up);
+            slide.push(a - along, self.learner.still_rate());
+        }
+        self.probabilities = self.combine(velocity, self.learner.edges());
+        self.lesson.stable = self.probabilities.stable;
+        self.lesson.state = LessonState::Due;
+        self.probabilities
+    }
+
+    /// Judges the parts of the newest sample's motion and learns from it, which the next sample would
+    /// do first: so that a foot can do it once it has sent the probability.
+    #[inline(never)]
+    pub fn finish(&mut self) {
+        let Lesson {
+            state,
+            motion,
+            logarithms,
+            stable,
+        } = &mut self.lesson;
+        if *state == LessonState::Over {
+            return;
+        }
+        *state = LessonState::Over;
+        let learner = &self.coefficients.learner;
+        let edges = self.learner.edges();
+        self.parts
+            .push(motion, edges, &learner.quantities, self.filled);
+        match self.coefficients.learning {
+            Learning::On => {
+                self.learner.update(learner, logarithms, *stable);
+                self.learner.follow(learner);
+            }
+            Learning::Frozen => self.learner.rest(),
+        }
+    }
+
+    /// The product of what the three quantities say, and the slide.
+    fn combine(&self, velocity: f32, edges: &PerQuantity<Edge>) -> Probabilities {
+        let no_slide = match &self.slide {
+            None => 1.0,
+            Some(slide) => slide.probability(),
+        };
+        let still = heard(self.acceleration, &edges.acceleration)
+            * heard(self.rate, &edges.rate)
+            * heard(velocity, &edges.velocity);
+        let stable = still.lesser(no_slide);
+        // A part that is not due may lag behind, and is never less still than the whole.
+        let (tangential, vertical, axes) = self.parts.probabilities();
+        Probabilities {
+            axes: axes.map(|p| p.greater(stable)),
+            tangential: tangential.lesser(no_slide).greater(stable),
+            vertical: vertical.greater(stable),
+            stable,
+        }
+    }
+
+    /// Takes in one sample of a foot of which up is not known yet: its whole specific force, m/s², and
+    /// angular rate. What differs from gravity in size moves the foot; what turns it is seen anyway.
+    /// Which way it moves is not, so the probability is at most [`UP_UNKNOWN`].
+    pub fn push_unaligned(&mut self, force: Vec3, rate: AngularRate) -> Probabilities {
+        // Along the force, however the sensor is mounted.
+        let length = force.length();
+        let up = match length > 0.0 {
+            true => force * (1.0 / length),
+            false => Vec3::new(0.0, 0.0, 1.0),
+        };
+        let beyond_gravity = up * (length - STANDARD_GRAVITY);
+        self.push(LinearAcceleration(beyond_gravity), rate, up);
+        self.hold(&UP_UNKNOWN)
+    }
+
+    /// Takes in a sample that cannot be believed: it counts as one in motion, and teaches nothing.
+    #[inline(never)]
+    pub fn push_doubt(&mut self) -> Probabilities {
+        self.finish();
+        let newest = self.coefficients.newest;
+        let share = 1.0 - newest;
+        self.acceleration *= share;
+        self.rate *= share;
+        self.parts.scale(share);
+        self.probabilities = self.probabilities.scaled(share);
+        self.probabilities
+    }
+
+    /// The newest sample was at the end of the sensor's range: see [`Self::push_doubt`]; and it may
+    /// have given the foot any speed.
+    pub fn push_saturated(&mut self) -> Probabilities {
+        if let Some(slide) = &mut self.slide {
+            slide.doubt();
+        }
+        self.push_doubt()
+    }
+
+    /// Whether the means are over a whole window.
+    pub const fn filling(&self) -> Filling {
+        if self.filled >= self.coefficients.window {
+            Filling::Full
+        } else {
+            Filling::Partial
+        }
+    }
+}
+
+/// Logarithm of an amplitude that is given squared.
+#[inline(never)]
+fn amplitude(square: f32, floor_squared: f32) -> f32 {
+    0.5 * ln(square + floor_squared)
+}
+
+/// The kernel's mass below the edge at the logarithm of an amplitude.
+#[inline(never)]
+fn mass(logarithm: f32, edge: &Edge) -> f32 {
+    0.5 + 0.5 * erf((edge.at - logarithm) * edge.inverse_scale)
+}
+
+/// The same at an amplitude that is given squared.
+fn mass_of(square: f32, floor_squared: f32, edge: &Edge) -> f32 {
+    mass(amplitude(square, floor_squared), edge)
+}
+
+/// What a quantity with this mean mass leaves of the probability.
+fn heard(mass: f32, edge: &Edge) -> f32 {
+    edge.floor + (1.0 - edge.floor) * mass
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE: f32 = 1000.0;
+    const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+    fn stillness() -> Stillness {
+        let config = StillnessConfig::new(&Constants::DEFAULT, Learning::On, None, RATE);
+        Stillness::new(&config.expect("the default"))
+    }
+
+    fn push(stillness: &mut Stillness, acceleration: Vec3, rate: Vec3) -> Probabilities {
+        stillness.push(LinearAcceleration(acceleration), AngularRate(rate), UP)
+    }
+
+    /// A walk of `steps` strides at `RATE`, whose amplitudes are `size` times those of a middling
+    /// robot: the least P in mid-stance and the greatest in mid-swing of the last stride.
+    fn walk(stillness: &mut Stillness, steps: usize, size: f32) -> (f32, f32) {
+        let (mut least, mut greatest) = (1.0_f32, 0.0_f32);
+        for step in 0..steps {
+            for k in 0..700 {
+                let wave = libm::sinf(k as f32 * 0.021) + 0.3 * libm::sinf(k as f32 * 0.13);
+                let swings = k < 300;
+                let a = match swings {
+                    true => Vec3::new(wave, -0.4 * wave, 1.0) * (8.0 * size),
+                    false => Vec3::new(0.0, 0.0, 0.1 * size * wave),
+                };
+                let p = push(stillness, a, a * 0.2).stable;
+                if step + 1 == steps && (50..280).contains(&k) {
+                    greatest = greatest.max(p);
+                }
+                if step + 1 == steps && k >= 400 {
+                    least = least.min(p);
+                }
+            }
+        }
+        (least, greatest)
+    }
+
+    #[test]
+    fn feet_of_every_size_are_told_apart_from_their_swing_within_five_steps() {
+        for size in [0.3, 0.5, 1.0, 2.0, 4.0] {
+            let (stance, swing) = walk(&mut stillness(), 5, size);
+            assert!(stance > 0.6 && swing < 0.4, "{size}: {stance}, {swing}");
+        }
+    }
+
+    #[test]
+    fn a_foot_that_hits_the_ground_is_not_still_in_the_same_millisecond() {
+        let mut stillness = stillness();
+        walk(&mut stillness, 5, 1.0);
+        let before = stillness.probabilities().stable;
+        let after = push(&mut stillness, Vec3::new(60.0, 0.0, 80.0), Vec3::ZERO).stable;
+        assert!(after < 0.9 * before, "{before}, {after}");
+    }
+
+    #[test]
+    fn every_part_of_the_motion_is_at_least_as_still_as_the_whole() {
+        let mut stillness = stillness();
+        let mut seed = 7_u32;
+        for k in 0..50_000 {
+            let mut random = || {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (seed >> 8) as f32 / 8_388_608.0 - 1.0
+            };
+            let size = if k % 700 < 300 { 8.0 } else { 0.2 };
+            let a = Vec3::new(random(), random(), random()) * size;
+            let w = Vec3::new(random(), random(), random()) * (0.3 * size);
+            let p = push(&mut stillness, a, w);
+            let parts = p.axes.to_array().into_iter();
+            for part in parts.chain([p.tangential, p.vertical]) {
+                assert!((0.0..=1.0).contains(&part), "{k}: {p:?}");
+                assert!(part >= p.stable - 1.0e-5, "{k}: {p:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_motion_along_the_ground_lowers_the_tangential_probability_and_leaves_the_vertical() {
+        for (direction, slides) in [(Vec3::new(8.0, 0.0, 0.0), true), (UP * 8.0, false)] {
+            let mut stillness = stillness();
+            walk(&mut stillness, 5, 1.0);
+            let mut p = Probabilities::default();
+            for k in 0..40 {
+                let sign = if k % 4 < 2 { 1.0 } else { -1.0 };
+                p = push(&mut stillness, direction * sign, Vec3::ZERO);
+            }
+            let (moving, other) = match slides {
+                true => (p.tangential, p.vertical),
+                false => (p.vertical, p.tangential),
+            };
+            assert!(moving < 0.6 && other > 0.9, "{p:?}");
+        }
+    }
+
+    #[test]
+    fn frozen_learning_gives_the_same_motion_the_same_probability_for_ever() {
+        let config = StillnessConfig::new(&Constants::DEFAULT, Learning::Frozen, None, RATE);
+        let mut stillness = Stillness::new(&config.expect("the default"));
+        let before = stillness.learnt();
+        walk(&mut stillness, 20, 0.2);
+        stillness.finish();
+        let after = stillness.learnt();
+        assert_eq!(before.to_array()[..11], after.to_array()[..11]);
+        assert!((after.idle_seconds - 14.0).abs() < 1.0e-3, "{after:?}");
+    }
+
+    #[test]
+    fn the_estimate_hardly_depends_on_the_sample_rate() {
+        let at = |rate: f32| {
+            let config = StillnessConfig::new(&Constants::DEFAULT, Learning::On, None, rate);
+            let mut stillness = Stillness::new(&config.expect("the default"));
+            let mut sum = 0.0;
+            let samples = (7.0 * rate) as u32;
+            for k in 0..samples {
+                let t = k as f32 / rate;
+                let wave = libm::sinf(40.0 * t);
+                let a = match t % 0.7 < 0.3 {
+                    true => Vec3::new(8.0, 0.0, 8.0 * wave),
+                    false => Vec3::new(0.0, 0.0, 0.15 * wave),
+                };
+                sum += push(&mut stillness, a, a * 0.2).stable;
+            }
+            sum / samples as f32
+        };
+        let reference = at(1000.0);
+        for rate in [100.0, 200.0, 500.0, 2000.0] {
+            assert!(
+                (at(rate) - reference).abs() < 0.06,
+                "{rate} Hz: {}, {reference}",
+                at(rate)
+            );
+        }
+    }
+}

@@ -1,0 +1,793 @@
+//! Stillness and motion of one foot, as it has shown them: two classes of amplitudes per quantity,
+//! and how they are learnt.
+//!
+//! What a quantity's amplitude is in stillness and in motion differs from robot to robot by a factor
+//! of a hundred, so it is learnt where the foot walks, from all samples, each by the probability with
+//! which it belongs to a class:
+//!
+//! ```text
+//! u ← ½ ln(x² + floor²)
+//! still  ← still  + w₀ (u − still)              w₀ = P·dt / seconds of stillness
+//! width  ← width  + w₀ (i·|u − still| − width)  i: inflation
+//! moving ← moving + w₁ (u − moving)             w₁ = (1 − P)·dt / seconds of motion
+//! ```
+//!
+//! What keeps that from running away:
+//!
+//! * A stance, however long, is learnt from for [`StillnessParams::stance`](super::StillnessParams::stance), and a motion for
+//!   [`StillnessParams::motion`](super::StillnessParams::motion): only a foot that steps teaches. An hour of standing, of being
+//!   carried, of hanging in a vibrating robot counts like a fraction of a second.
+//! * The edge of stillness lies between the classes: so many widths above stillness, and at most a part
+//!   of the way to motion.
+//! * A foot that finds no stillness for longer grows its still class back to the prior, never beyond:
+//!   so what another robot has taught cannot keep this one from being found still. And one that finds
+//!   hardly any motion shrinks both classes back to the prior, where they are larger.
+//! * What was learnt before a start weighs like a few steps, so that some steps more can outweigh it.
+
+use super::params::{Constants, QuantityParams};
+use crate::logarithm::exp;
+use crate::order::Order;
+use crate::params::{ParamsError, in_range};
+
+/// Least distance between the classes, of the logarithm.
+const LEAST_DISTANCE: f32 = 0.3;
+
+/// Evidence of each class from which on what is learnt counts as settled, s. Four to five steps.
+pub const SETTLED_AFTER: f32 = 1.0;
+
+/// Range of the logarithm of an amplitude in [`Learnt`]: amplitudes of 1e-4 to 1e4.
+pub const LOGARITHM: (f32, f32) = (-9.3, 9.3);
+
+/// Largest number of seconds of a class in [`Learnt`].
+pub const MOST_SECONDS: f32 = 1.0e3;
+
+/// Age is not counted beyond this, s: eleven days.
+pub const OLDEST: f32 = 1.0e6;
+
+/// What a foot has shown of one quantity; natural logarithms of amplitudes in m/s² or rad/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Classes {
+    /// Mean in stillness.
+    pub still: f32,
+    /// Mean in motion.
+    pub moving: f32,
+    /// Mean deviation in stillness.
+    pub width: f32,
+}
+
+/// What a foot has taught so far, and on how much of it that rests. It can be stored and put back:
+/// a warm start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Learnt {
+    /// Acceleration without gravity.
+    pub acceleration: Classes,
+    /// Angular rate.
+    pub rate: Classes,
+    /// Leaky mean of the acceleration.
+    pub velocity: Classes,
+    /// Stillness that was learnt from, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
+    pub still_seconds: f32,
+    /// Motion that was learnt from, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
+    pub moving_seconds: f32,
+    /// Age: how long the foot has run since it last taught anything, s.
+    pub idle_seconds: f32,
+}
+
+impl Classes {
+    // Called three times a sample: as code of its own it is in the foot's flash once.
+    #[inline(never)]
+    fn learn_still(&mut self, u: f32, weight: f32, inflation: f32) {
+        let difference = u - self.still;
+        self.width += weight * (inflation * difference.abs() - self.width);
+        self.still += weight * difference;
+    }
+
+    /// One step back to the prior.
+    #[inline(never)]
+    fn relax(&mut self, prior: &Self, share: f32, relaxation: Relaxation) {
+        match relaxation {
+            Relaxation::Grow => {
+                self.still += share * (prior.still - self.still).greater(0.0);
+                self.width += share * (prior.width - self.width).greater(0.0);
+            }
+            Relaxation::Shrink => {
+                self.still += share * (prior.still - self.still).lesser(0.0);
+                self.width += share * (prior.width - self.width).lesser(0.0);
+                self.moving += share * (prior.moving - self.moving).lesser(0.0);
+            }
+        }
+    }
+
+    /// Within the limits in which they can be stored.
+    fn limited(self) -> Self {
+        let (_, largest) = LOGARITHM;
+        Self {
+            still: self.still.lesser(largest),
+            moving: self.moving.lesser(largest),
+            width: self.width.lesser(largest),
+        }
+    }
+}
+
+impl Learnt {
+    /// Numbers in the order in which they are stored and sent.
+    pub const NUMBERS: usize = 12;
+
+    /// As numbers, in the order of the fields.
+    #[must_use]
+    pub const fn to_array(&self) -> [f32; Self::NUMBERS] {
+        let Self {
+            acceleration: a,
+            rate: w,
+            velocity: v,
+            still_seconds,
+            moving_seconds,
+            idle_seconds,
+        } = self;
+        [
+            a.still,
+            a.moving,
+            a.width,
+            w.still,
+            w.moving,
+            w.width,
+            v.still,
+            v.moving,
+            v.width,
+            *still_seconds,
+            *moving_seconds,
+            *idle_seconds,
+        ]
+    }
+
+    /// From numbers in the order of [`Self::to_array`].
+    #[must_use]
+    pub const fn from_array(numbers: [f32; Self::NUMBERS]) -> Self {
+        let [
+            a0,
+            a1,
+            a2,
+            w0,
+            w1,
+            w2,
+            v0,
+            v1,
+            v2,
+            still_seconds,
+            moving_seconds,
+            idle_seconds,
+        ] = numbers;
+        Self {
+            acceleration: Classes {
+                still: a0,
+                moving: a1,
+                width: a2,
+            },
+            rate: Classes {
+                still: w0,
+                moving: w1,
+                width: w2,
+            },
+            velocity: Classes {
+                still: v0,
+                moving: v1,
+                width: v2,
+            },
+            still_seconds,
+            moving_seconds,
+            idle_seconds,
+        }
+    }
+
+    /// Whether it rests on enough: [`SETTLED_AFTER`] of each class.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
+    }
+
+    /// Where stillness ends for acceleration (m/s²), rate (rad/s) and leaky mean of the acceleration
+    /// (m/s²), with these constants.
+    #[must_use]
+    pub fn edges(&self, constants: &Constants) -> [f32; 3] {
+        // The rate of the samples has no part in it.
+        let coefficients = LearnerCoefficients::new(constants, 1.0);
+        let learner = Learner::new(&coefficients, Some(*self));
+        let edges = learner.edges();
+        [edges.acceleration, edges.rate, edges.velocity].map(|edge| exp(edge.at))
+    }
+
+    /// That every number can have been learnt.
+    pub(crate) fn validate(&self) -> Result<(), ParamsError> {
+        let names: [[&'static str; 3]; 3] = [
+            [
+                "learnt.acceleration.still",
+                "learnt.acceleration.moving",
+                "learnt.acceleration.width",
+            ],
+            [
+                "learnt.rate.still",
+                "learnt.rate.moving",
+                "learnt.rate.width",
+            ],
+            [
+                "learnt.velocity.still",
+                "learnt.velocity.moving",
+                "learnt.velocity.width",
+            ],
+        ];
+        let (least, largest) = LOGARITHM;
+        let quantities = [self.acceleration, self.rate, self.velocity];
+        for ([still, moving, width], classes) in names.into_iter().zip(quantities) {
+            in_range(still, classes.still, least, largest)?;
+            in_range(moving, classes.moving, classes.still, largest)?;
+            in_range(width, classes.width, 0.0, largest)?;
+        }
+        in_range(
+            "learnt.still_seconds",
+            self.still_seconds,
+            0.0,
+            MOST_SECONDS,
+        )?;
+        in_range(
+            "learnt.moving_seconds",
+            self.moving_seconds,
+            0.0,
+            MOST_SECONDS,
+        )?;
+        in_range("learnt.idle_seconds", self.idle_seconds, 0.0, OLDEST)
+    }
+}
+
+/// Where stillness ends for one quantity, and how sharply.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Edge {
+    /// Logarithm of the amplitude.
+    pub at: f32,
+    /// 1/(h√2) for the kernel's bandwidth h.
+    pub inverse_scale: f32,
+    /// Share of the probability that the quantity cannot take away.
+    pub floor: f32,
+}
+
+/// A value for each quantity.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct PerQuantity<T> {
+    pub acceleration: T,
+    pub rate: T,
+    pub velocity: T,
+}
+
+impl<T: Copy> PerQuantity<T> {
+    pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> PerQuantity<U> {
+        PerQuantity {
+            acceleration: f(self.acceleration),
+            rate: f(self.rate),
+            velocity: f(self.velocity),
+        }
+    }
+}
+
+/// What a quantity's constants come to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct QuantityCoefficients {
+    floor: f32,
+    pub floor_squared: f32,
+    prior: Classes,
+    edge: f32,
+    inflation: f32,
+    bandwidth: f32,
+    indifference: f32,
+    inverse_separation: f32,
+}
+
+impl QuantityCoefficients {
+    fn new(params: &QuantityParams, prior: Classes) -> Self {
+        Self {
+            floor: params.floor,
+            floor_squared: params.floor * params.floor,
+            prior,
+            edge: params.edge,
+            inflation: params.inflation,
+            bandwidth: params.bandwidth,
+            indifference: params.indifference,
+            inverse_separation: 1.0 / params.separation,
+        }
+    }
+}
+
+/// What learning computes with at a sample rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LearnerCoefficients {
+    pub quantities: PerQuantity<QuantityCoefficients>,
+    /// Time between samples, s.
+    period: f32,
+    part_of_the_way: f32,
+    least_bandwidth: f32,
+    least_width: f32,
+    largest_width: f32,
+    prior: f32,
+    memory: f32,
+    /// In samples.
+    stance: u32,
+    motion: u32,
+    /// Share by which classes go back with a sample.
+    relax: f32,
+    /// Share of the newest sample in the mean over [`SHARE_TIME`].
+    newest: f32,
+}
+
+impl LearnerCoefficients {
+    pub fn new(constants: &Constants, sample_rate: f32) -> Self {
+        let params = constants.params();
+        let [acceleration, rate, velocity] = constants.priors();
+        let samples = |seconds: f32| crate::root::rounded(seconds * sample_rate);
+        let period = 1.0 / sample_rate;
+        Self {
+            quantities: PerQuantity {
+                acceleration: QuantityCoefficients::new(&params.acceleration, acceleration),
+                rate: QuantityCoefficients::new(&params.rate, rate),
+                velocity: QuantityCoefficients::new(&params.velocity, velocity),
+            },
+            period,
+            part_of_the_way: params.part_of_the_way,
+            least_bandwidth: params.least_bandwidth,
+            least_width: params.least_width,
+            largest_width: params.largest_width,
+            prior: params.prior,
+            memory: params.memory,
+            stance: samples(params.stance),
+            motion: samples(params.motion),
+            relax: period / params.relaxation,
+            newest: (period / SHARE_TIME).lesser(1.0),
+        }
+    }
+
+    /// Where stillness ends for a quantity.
+    #[inline(never)]
+    fn edge(&self, classes: &Classes, quantity: &QuantityCoefficients) -> Edge {
+        let width = self.limited(classes.width);
+        let distance = classes.moving - classes.still;
+        let above_still = (quantity.edge * width).lesser(self.part_of_the_way * distance);
+        let bandwidth = (quantity.bandwidth * width).greater(self.least_bandwidth);
+        let ratio = distance * quantity.inverse_separation;
+        let square = ratio * ratio;
+        // A quantity whose classes lie together has nothing to say.
+        let say = square * square / (1.0 + square * square);
+        Edge {
+            at: classes.still + above_still,
+            inverse_scale: core::f32::consts::FRAC_1_SQRT_2 / bandwidth,
+            floor: 1.0 - (1.0 - quantity.indifference) * say,
+        }
+    }
+
+    fn limited(&self, width: f32) -> f32 {
+        // A width is never NaN: it is a mean of differences of logarithms, which are finite.
+        width.greater(self.least_width).lesser(self.largest_width)
+    }
+}
+
+/// How long the foot has been still or in motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stretch {
+    /// Samples with P > 0.5.
+    Still(u32),
+    /// Samples without.
+    Moving(u32),
+}
+
+/// Up to this period, s, the edges of the three quantities follow by turns: classes hardly change in
+/// a few milliseconds.
+const SLOWEST_BY_TURNS: f32 = 0.0021;
+
+/// Whose edge follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Turn {
+    Acceleration,
+    Rate,
+    Velocity,
+}
+
+/// Where classes go that nothing teaches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Relaxation {
+    /// The still class up to the prior.
+    Grow,
+    /// Both classes down to the prior.
+    Shrink,
+}
+
+/// Learns the classes.
+#[derive(Clone, Debug)]
+pub(super) struct Learner {
+    classes: PerQuantity<Classes>,
+    still_seconds: f32,
+    moving_seconds: f32,
+    stretch: Stretch,
+    /// Share of the last seconds in which the foot was still.
+    still_share: f32,
+    /// Where stillness ends, as of the quantity's last turn.
+    edges: PerQuantity<Edge>,
+    /// A rate that is still usual in stillness, rad/s.
+    still_rate: f32,
+    turn: Turn,
+    /// Age at the start, s, and the samples that have taught nothing since.
+    idle_before: f32,
+    idle: u32,
+}
+
+/// A foot that has been still for more than this share of the last seconds finds hardly any motion:
+/// it stands, or takes its swing for a stance.
+const HARDLY_ANY_MOTION: f32 = 0.85;
+
+/// Time constant of the share of stillness, s: two strides.
+const SHARE_TIME: f32 = 2.0;
+
+/// What was learnt before a start counts as so much of each class at most, s.
+const BEFORE_THE_START: f32 = SETTLED_AFTER;
+
+/// P above this is more probably still than not.
+const STILL: f32 = 0.5;
+
+impl Learner {
+    /// One that knows only the constants, or starts with what was learnt before.
+    pub fn new(coefficients: &LearnerCoefficients, learnt: Option<Learnt>) -> Self {
+        let prior = coefficients.quantities.map(|quantity| quantity.prior);
+        let (classes, seconds, idle_before) = match learnt {
+            None => (prior, (0.0, 0.0), 0.0),
+            Some(learnt) => (
+                PerQuantity {
+                    acceleration: learnt.acceleration,
+                    rate: learnt.rate,
+                    velocity: learnt.velocity,
+                },
+                (
+                    learnt.still_seconds.lesser(BEFORE_THE_START),
+                    learnt.moving_seconds.lesser(BEFORE_THE_START),
+                ),
+                learnt.idle_seconds,
+            ),
+        };
+        let mut learner = Self {
+            classes,
+            still_seconds: seconds.0,
+            moving_seconds: seconds.1,
+            stretch: Stretch::Still(0),
+            still_share: 0.0,
+            edges: PerQuantity::default(),
+            still_rate: 0.0,
+            turn: Turn::Acceleration,
+            idle_before,
+            idle: 0,
+        };
+        for turn in [Turn::Acceleration, Turn::Rate, Turn::Velocity] {
+            learner.place_edge(coefficients, turn);
+        }
+        learner
+    }
+
+    pub fn learnt(&self, coefficients: &LearnerCoefficients) -> Learnt {
+        let idle = self.idle_before + self.idle as f32 * coefficients.period;
+        let PerQuantity {
+            acceleration,
+            rate,
+            velocity,
+        } = self.classes.map(Classes::limited);
+        Learnt {
+            acceleration,
+            rate,
+            velocity,
+            still_seconds: self.still_seconds,
+            moving_seconds: self.moving_seconds,
+            idle_seconds: idle.lesser(OLDEST),
+        }
+    }
+
+    /// Whether it rests on enough: see [`SETTLED_AFTER`].
+    pub fn is_settled(&self) -> bool {
+        self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
+    }
+
+    /// Another sample that teaches nothing.
+    pub const fn rest(&mut self) {
+        self.idle = self.idle.saturating_add(1);
+    }
+
+    /// Where stillness ends.
+    pub const fn edges(&self) -> &PerQuantity<Edge> {
+        &self.edges
+    }
+
+    /// A rate that is still usual in stillness, rad/s: one width above its mean, without the floor.
+    pub const fn still_rate(&self) -> f32 {
+        self.still_rate
+    }
+
+    fn place_edge(&mut self, coefficients: &LearnerCoefficients, turn: Turn) {
+        let quantities = &coefficients.quantities;
+        let (edge, classes, quantity) = match turn {
+            Turn::Acceleration => (
+                &mut self.edges.acceleration,
+                &self.classes.acceleration,
+                &quantities.acceleration,
+            ),
+            Turn::Rate => {
+                let Classes { still, width, .. } = self.classes.rate;
+                self.still_rate =
+                    exp(still + coefficients.limited(width)) - 2.0 * quantities.rate.floor;
+                (&mut self.edges.rate, &self.classes.rate, &quantities.rate)
+            }
+            Turn::Velocity => (
+                &mut self.edges.velocity,
+                &self.classes.velocity,
+                &quantities.velocity,
+            ),
+        };
+        *edge = coefficients.edge(classes, quantity);
+    }
+
+    /// Moves the edges to where the classes are. Where samples come fast, one quantity with each.
+    pub fn follow(&mut self, coefficients: &LearnerCoefficients) {
+        if coefficients.period > SLOWEST_BY_TURNS {
+            for turn in [Turn::Acceleration, Turn::Rate, Turn::Velocity] {
+                self.place_edge(coefficients, turn);
+            }
+        } else {
+            self.place_edge(coefficients, self.turn);
+            self.turn = match self.turn {
+                Turn::Acceleration => Turn::Rate,
+                Turn::Rate => Turn::Velocity,
+                Turn::Velocity => Turn::Acceleration,
+            };
+        }
+    }
+
+    /// Learns from a sample with these logarithms of amplitudes that is still with probability
+    /// `stable`.
+    pub fn update(
+        &mut self,
+        coefficients: &LearnerCoefficients,
+        logarithms: &PerQuantity<f32>,
+        stable: f32,
+    ) {
+        self.stretch = match (stable > STILL, self.stretch) {
+            (true, Stretch::Still(samples)) => Stretch::Still(samples.saturating_add(1)),
+            (true, Stretch::Moving(_)) => Stretch::Still(1),
+            (false, Stretch::Moving(samples)) => Stretch::Moving(samples.saturating_add(1)),
+            (false, Stretch::Still(_)) => Stretch::Moving(1),
+        };
+        // Long in one class, a sample still teaches the other by its share.
+        let (teaches_still, teaches_motion) = match self.stretch {
+            Stretch::Still(samples) => (samples < coefficients.stance, true),
+            Stretch::Moving(samples) => (true, samples < coefficients.motion),
+        };
+        if teaches_still && teaches_motion {
+            self.idle_before = 0.0;
+            self.idle = 0;
+        } else {
+            self.rest();
+        }
+        if teaches_still {
+            let share = stable * coefficients.period;
+            self.still_seconds = (self.still_seconds + share).lesser(coefficients.memory);
+            let weight = share / (self.still_seconds + coefficients.prior);
+            let inflation = coefficients.quantities.map(|quantity| quantity.inflation);
+            for ((classes, u), inflation) in self.each(logarithms).into_iter().zip([
+                inflation.acceleration,
+                inflation.rate,
+                inflation.velocity,
+            ]) {
+                classes.learn_still(u, weight, inflation);
+            }
+        }
+        if teaches_motion {
+            let share = (1.0 - stable) * coefficients.period;
+            self.moving_seconds = (self.moving_seconds + share).lesser(coefficients.memory);
+            let weight = share / (self.moving_seconds + coefficients.prior);
+            for (classes, u) in self.each(logarithms) {
+                classes.moving += weight * (u - classes.moving);
+            }
+        }
+        match self.stretch {
+            Stretch::Moving(samples) if samples >= coefficients.motion => {
+                self.relax(coefficients, Relaxation::Grow);
+            }
+            Stretch::Moving(_) | Stretch::Still(_) => {}
+        }
+        let still = match stable > STILL {
+            true => 1.0,
+            false => 0.0,
+        };
+        self.still_share += (still - self.still_share) * coefficients.newest;
+        if self.still_share > HARDLY_ANY_MOTION {
+            self.relax(coefficients, Relaxation::Shrink);
+        }
+        for (classes, _) in self.each(logarithms) {
+            classes.moving = classes.moving.greater(classes.still + LEAST_DISTANCE);
+        }
+    }
+
+    fn relax(&mut self, coefficients: &LearnerCoefficients, relaxation: Relaxation) {
+        let share = coefficients.relax;
+        let prior = coefficients.quantities.map(|quantity| quantity.prior);
+        let PerQuantity {
+            acceleration,
+            rate,
+            velocity,
+        } = &mut self.classes;
+        for (classes, prior) in [
+            (acceleration, prior.acceleration),
+            (rate, prior.rate),
+            (velocity, prior.velocity),
+        ] {
+            classes.relax(&prior, share, relaxation);
+        }
+    }
+
+    /// Each quantity's classes beside its logarithm.
+    fn each(&mut self, logarithms: &PerQuantity<f32>) -> [(&mut Classes, f32); 3] {
+        let PerQuantity {
+            acceleration,
+            rate,
+            velocity,
+        } = &mut self.classes;
+        [
+            (acceleration, logarithms.acceleration),
+            (rate, logarithms.rate),
+            (velocity, logarithms.velocity),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::params::StillnessParams;
+    use super::*;
+
+    const RATE: f32 = 1000.0;
+
+    fn coefficients() -> LearnerCoefficients {
+        LearnerCoefficients::new(&Constants::DEFAULT, RATE)
+    }
+
+    fn same(u: f32) -> PerQuantity<f32> {
+        PerQuantity {
+            acceleration: u,
+            rate: u,
+            velocity: u,
+        }
+    }
+
+    /// Feeds `seconds` of amplitudes with the logarithm `u` that are still with probability `stable`.
+    fn feed(learner: &mut Learner, u: f32, stable: f32, seconds: f32) {
+        for _ in 0..(seconds * RATE) as u32 {
+            learner.update(&coefficients(), &same(u), stable);
+        }
+    }
+
+    /// Where the edges come to lie.
+    fn edges(mut learner: Learner) -> PerQuantity<Edge> {
+        (0..3).for_each(|_| learner.follow(&coefficients()));
+        *learner.edges()
+    }
+
+    fn walked(steps: usize, still: f32, moving: f32) -> Learner {
+        let mut learner = Learner::new(&coefficients(), None);
+        for _ in 0..steps {
+            feed(&mut learner, moving, 0.0, 0.3);
+            feed(&mut learner, still, 1.0, 0.4);
+        }
+        learner
+    }
+
+    #[test]
+    fn a_few_steps_teach_both_classes_and_settle_them() {
+        let learnt = walked(5, -2.0, 1.5).learnt(&coefficients());
+        assert!((learnt.acceleration.still + 2.0).abs() < 0.2, "{learnt:?}");
+        assert!((learnt.acceleration.moving - 1.5).abs() < 0.2, "{learnt:?}");
+        assert!(learnt.is_settled(), "{learnt:?}");
+        assert!(!Learner::new(&coefficients(), None).is_settled());
+    }
+
+    #[test]
+    fn an_hour_of_standing_teaches_no_more_than_one_stance() {
+        let (mut brief, mut long) = (walked(5, -2.0, 1.5), walked(5, -2.0, 1.5));
+        feed(&mut brief, -4.0, 1.0, StillnessParams::DEFAULT.stance);
+        feed(&mut long, -4.0, 1.0, 3_600.0);
+        let [brief, long] = [brief, long].map(|learner| learner.learnt(&coefficients()));
+        assert_eq!(brief.acceleration, long.acceleration);
+        assert_eq!(brief.still_seconds, long.still_seconds);
+        assert!(long.idle_seconds > 3_590.0, "{long:?}");
+    }
+
+    #[test]
+    fn an_hour_of_motion_teaches_no_more_than_one_swing() {
+        let (mut brief, mut long) = (walked(5, -2.0, 1.5), walked(5, -2.0, 1.5));
+        feed(&mut brief, 4.0, 0.0, StillnessParams::DEFAULT.motion);
+        feed(&mut long, 4.0, 0.0, 3_600.0);
+        let [brief, long] = [brief, long].map(|learner| learner.learnt(&coefficients()));
+        assert_eq!(brief.acceleration.moving, long.acceleration.moving);
+    }
+
+    #[test]
+    fn a_foot_that_finds_no_stillness_grows_back_to_the_prior_and_never_beyond() {
+        let coefficients = coefficients();
+        let prior = coefficients.quantities.acceleration.prior;
+        for still in [prior.still - 3.0, prior.still + 0.5] {
+            let mut learner = walked(20, still, prior.moving);
+            let before = learner.learnt(&coefficients).acceleration.still;
+            feed(&mut learner, prior.moving, 0.0, 600.0);
+            let after = learner.learnt(&coefficients).acceleration.still;
+            assert!(
+                (after - before.max(prior.still)).abs() < 0.01,
+                "{before}, {after}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_foot_that_finds_no_motion_shrinks_back_to_the_prior_and_never_below() {
+        let coefficients = coefficients();
+        let prior = coefficients.quantities.acceleration.prior;
+        for larger in [2.0, -2.0] {
+            let mut learner = walked(20, prior.still + larger, prior.moving + larger);
+            let before = learner.learnt(&coefficients).acceleration;
+            feed(&mut learner, before.still, 1.0, 600.0);
+            let after = learner.learnt(&coefficients).acceleration;
+            assert!(
+                (after.still - before.still.min(prior.still)).abs() < 0.01,
+                "{after:?}"
+            );
+            assert!(
+                (after.moving - before.moving.min(prior.moving)).abs() < 0.01,
+                "{after:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_edge_lies_between_the_classes() {
+        for still in [-6.0, -2.0, 0.0, 1.5] {
+            let learner = walked(20, still, 2.0);
+            let Classes { still, moving, .. } = learner.learnt(&coefficients()).acceleration;
+            let at = edges(learner).acceleration.at;
+            assert!(still < at && at < moving, "{still}, {at}, {moving}");
+        }
+    }
+
+    #[test]
+    fn a_quantity_whose_classes_lie_together_has_no_say() {
+        let mut learner = walked(50, 0.0, 0.0);
+        for (classes, _) in learner.each(&same(0.0)) {
+            classes.moving = classes.still;
+        }
+        let now = edges(learner);
+        assert_eq!(now.rate.floor, 1.0);
+        let far = edges(walked(50, -2.0, 3.0));
+        let least = StillnessParams::DEFAULT.acceleration.indifference;
+        assert!(far.acceleration.floor < least + 0.05, "{far:?}");
+    }
+
+    #[test]
+    fn what_was_learnt_starts_a_learner_with_the_same_numbers() {
+        let coefficients = coefficients();
+        let learnt = walked(5, -2.0, 1.5).learnt(&coefficients);
+        assert_eq!(Learnt::from_array(learnt.to_array()), learnt);
+        let warm = Learner::new(&coefficients, Some(learnt)).learnt(&coefficients);
+        assert_eq!(warm.to_array()[..9], learnt.to_array()[..9]);
+        assert!(warm.is_settled() && warm.still_seconds == SETTLED_AFTER);
+    }
+
+    #[test]
+    fn learnt_numbers_stay_within_their_own_limits_whatever_is_fed() {
+        let mut learner = Learner::new(&coefficients(), None);
+        let mut seed = 1_u32;
+        for _ in 0..200_000 {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let u = (seed >> 8) as f32 / 1.0e6 - 8.0;
+            let stable = (seed >> 9 & 0xff) as f32 / 255.0;
+            learner.update(&coefficients(), &same(u), stable);
+        }
+        let learnt = learner.learnt(&coefficients());
+        assert_eq!(learnt.validate(), Ok(()), "{learnt:?}");
+    }
+}

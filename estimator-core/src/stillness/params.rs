@@ -1,0 +1,443 @@
+//! The constants of self-calibration: one set for all feet, sensors and rates.
+
+use super::classes::Classes;
+use crate::logarithm::ln;
+use crate::params::{ParamsError, in_range};
+
+/// Whether the classes follow the foot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Learning {
+    /// They do: the foot calibrates itself while it walks.
+    #[default]
+    On,
+    /// They stay as they are, so that the same motion always gives the same probability: for those
+    /// who must certify a behaviour. What gravity's removal leaves is still followed.
+    Frozen,
+}
+
+/// The constants of one quantity. Amplitudes are in its unit: m/s² (acceleration), rad/s (rate) or
+/// m/s² (the leaky mean of the acceleration).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuantityParams {
+    /// Floor of the logarithm: smaller amplitudes are all the same. 1e-4 to 10.
+    pub floor: f32,
+    /// Amplitude of stillness before anything is learnt. 1e-4 to 100.
+    pub still: f32,
+    /// Amplitude of motion before anything is learnt. 1e-4 to 100.
+    pub moving: f32,
+    /// Mean deviation of stillness before anything is learnt, of the logarithm. 0.01 to 3.
+    pub width: f32,
+    /// The edge of stillness lies so many widths above it. 0 to 20.
+    pub edge: f32,
+    /// A deviation counts so many times in the width: what lies beyond the edge belongs to stillness
+    /// less and less, and the width would shrink without end. 0.5 to 5.
+    pub inflation: f32,
+    /// Kernel bandwidth in widths of stillness. 0.01 to 10.
+    pub bandwidth: f32,
+    /// Share of the probability that this quantity can never take away. 0 to 1.
+    pub indifference: f32,
+    /// Distance between stillness and motion, of the logarithm, at which the quantity has half of
+    /// its say. 0.01 to 10.
+    pub separation: f32,
+}
+
+/// What counts as a slide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlideParams {
+    /// Least speed along the ground that counts, m/s. 1e-4 to 1.
+    pub speed: f32,
+    /// What a rate of the still class adds to it, m/s per rad/s: a lever. 0 to 10.
+    pub lever: f32,
+    /// How long speed is remembered, s. 1e-3 to 10.
+    pub time_constant: f32,
+    /// Speed is remembered up to so many times the one that counts. 1 to 10.
+    pub limit: f32,
+}
+
+/// What gravity's removal leaves, and how it is followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GravityErrorParams {
+    /// The foot counts as quiet from this share of mass on. 0.01 to 1.
+    pub quiet: f32,
+    /// How long a quiet stretch counts as already when it begins, s. 1e-3 to 10.
+    pub start: f32,
+    /// Memory of a long quiet stretch, s. 1e-3 to 100.
+    pub memory: f32,
+    /// Time in which it is forgotten without quiet, s. 0.01 to 1000.
+    pub forgetting: f32,
+    /// Largest error, m/s². 0 to 10.
+    pub limit: f32,
+}
+
+/// All constants of self-calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StillnessParams {
+    /// Acceleration without gravity.
+    pub acceleration: QuantityParams,
+    /// Angular rate.
+    pub rate: QuantityParams,
+    /// Leaky mean of the acceleration, which shaking does not have and a swing does.
+    pub velocity: QuantityParams,
+    /// Time constant of the windows over masses, s. 1e-4 to 1.
+    pub window: f32,
+    /// Time constant of the leaky mean, s. 1e-4 to 1.
+    pub leak: f32,
+    /// An acceleration counts in the leaky mean up to this, m/s². 0.1 to 1000.
+    pub impact: f32,
+    /// The edge lies at most this part of the way from stillness to motion. 0 to 1.
+    pub part_of_the_way: f32,
+    /// Least kernel bandwidth, of the logarithm. 0.01 to 3.
+    pub least_bandwidth: f32,
+    /// Least width of stillness. 0.01 to 3.
+    pub least_width: f32,
+    /// Largest width of stillness; not below the least. 0.01 to 3.
+    pub largest_width: f32,
+    /// Weight of what stands here against what is learnt, s of each class. 1e-3 to 100.
+    pub prior: f32,
+    /// Memory of each class, s of itself. 0.1 to 1000.
+    pub memory: f32,
+    /// Of each stance so much is learnt from, s. 0.01 to 100.
+    pub stance: f32,
+    /// Of each motion so much is learnt from, s. 0.01 to 100.
+    pub motion: f32,
+    /// Time constant with which a class of stillness that finds none grows back to what stands here,
+    /// s. 0.1 to 1000.
+    pub relaxation: f32,
+    /// The slide test.
+    pub slide: SlideParams,
+    /// What gravity's removal leaves.
+    pub gravity_error: GravityErrorParams,
+}
+
+impl Default for StillnessParams {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// [`StillnessParams`] that have been checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constants {
+    params: StillnessParams,
+    /// The classes before anything is learnt, of acceleration, rate and velocity.
+    priors: [Classes; 3],
+}
+
+impl Constants {
+    /// [`StillnessParams::DEFAULT`], checked by the compiler.
+    pub const DEFAULT: Self = match StillnessParams::DEFAULT.check() {
+        Ok(constants) => constants,
+        Err(_) => panic!("a constant is out of its range"),
+    };
+
+    /// The constants.
+    #[must_use]
+    pub const fn params(&self) -> &StillnessParams {
+        &self.params
+    }
+
+    pub(super) const fn priors(&self) -> [Classes; 3] {
+        self.priors
+    }
+}
+
+impl Default for Constants {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What an amplitude's logarithm may be, in the constants and where learnt.
+const AMPLITUDE: (f32, f32) = (1.0e-4, 100.0);
+
+/// Goes on where a check has found nothing; `?` is not for the compiler.
+macro_rules! checked {
+    ($check:expr) => {
+        match $check {
+            Ok(_) => {}
+            Err(error) => return Err(error),
+        }
+    };
+}
+
+impl QuantityParams {
+    /// The classes before anything is learnt.
+    const fn prior(&self) -> Classes {
+        Classes {
+            still: ln(self.still),
+            moving: ln(self.moving),
+            width: self.width,
+        }
+    }
+
+    /// `names` are the fields' paths, in their order.
+    const fn validate(&self, names: &[&'static str; 9]) -> Result<(), ParamsError> {
+        let (least, largest) = AMPLITUDE;
+        let [
+            floor,
+            still,
+            moving,
+            width,
+            edge,
+            inflation,
+            bandwidth,
+            indifference,
+            separation,
+        ] = *names;
+        checked!(in_range(floor, self.floor, least, 10.0));
+        checked!(in_range(still, self.still, least, largest));
+        checked!(in_range(moving, self.moving, self.still, largest));
+        checked!(in_range(width, self.width, 0.01, 3.0));
+        checked!(in_range(edge, self.edge, 0.0, 20.0));
+        checked!(in_range(inflation, self.inflation, 0.5, 5.0));
+        checked!(in_range(bandwidth, self.bandwidth, 0.01, 10.0));
+        checked!(in_range(indifference, self.indifference, 0.0, 1.0));
+        in_range(separation, self.separation, 0.01, 10.0)
+    }
+}
+
+/// The paths of a quantity's fields.
+macro_rules! names {
+    ($quantity:literal) => {
+        &[
+            concat!("stillness.", $quantity, ".floor"),
+            concat!("stillness.", $quantity, ".still"),
+            concat!("stillness.", $quantity, ".moving"),
+            concat!("stillness.", $quantity, ".width"),
+            concat!("stillness.", $quantity, ".edge"),
+            concat!("stillness.", $quantity, ".inflation"),
+            concat!("stillness.", $quantity, ".bandwidth"),
+            concat!("stillness.", $quantity, ".indifference"),
+            concat!("stillness.", $quantity, ".separation"),
+        ]
+    };
+}
+
+impl StillnessParams {
+    /// Chosen on the labelled recordings together, cold, with no label seen by the estimate itself: see
+    /// `docs/choosing.md`.
+    pub const DEFAULT: Self = Self {
+        acceleration: QuantityParams {
+            floor: 0.192,
+            still: 0.45,
+            moving: 4.51,
+            width: 0.715,
+            edge: 4.13,
+            inflation: 2.23,
+            bandwidth: 0.254,
+            indifference: 0.00571,
+            separation: 0.0571,
+        },
+        rate: QuantityParams {
+            floor: 0.0907,
+            still: 0.152,
+            moving: 4.94,
+            width: 0.224,
+            edge: 6.75,
+            inflation: 1.67,
+            bandwidth: 2.51,
+            indifference: 0.81,
+            separation: 2.25,
+        },
+        velocity: QuantityParams {
+            floor: 0.00515,
+            still: 0.12,
+            moving: 5.0,
+            width: 0.252,
+            edge: 7.09,
+            inflation: 1.16,
+            bandwidth: 0.375,
+            indifference: 0.418,
+            separation: 1.93,
+        },
+        window: 0.0113,
+        leak: 0.00413,
+        impact: 4.2,
+        part_of_the_way: 0.712,
+        least_bandwidth: 0.288,
+        least_width: 0.116,
+        largest_width: 0.975,
+        prior: 0.0689,
+        memory: 8.0,
+        stance: 0.261,
+        motion: 1.67,
+        relaxation: 3.0,
+        slide: SlideParams {
+            speed: 0.0031,
+            lever: 0.35,
+            time_constant: 0.0456,
+            limit: 2.43,
+        },
+        gravity_error: GravityErrorParams {
+            quiet: 0.9,
+            start: 0.14,
+            memory: 1.71,
+            forgetting: 7.09,
+            limit: 0.321,
+        },
+    };
+
+    /// Checks every field. The compiler can do so where the constants are known to it.
+    ///
+    /// # Errors
+    /// The first field that is out of its range, with its value and the range.
+    pub const fn check(self) -> Result<Constants, ParamsError> {
+        checked!(self.acceleration.validate(names!("acceleration")));
+        checked!(self.rate.validate(names!("rate")));
+        checked!(self.velocity.validate(names!("velocity")));
+        checked!(in_range("stillness.window", self.window, 1.0e-4, 1.0));
+        checked!(in_range("stillness.leak", self.leak, 1.0e-4, 1.0));
+        checked!(in_range("stillness.impact", self.impact, 0.1, 1.0e3));
+        checked!(in_range(
+            "stillness.part_of_the_way",
+            self.part_of_the_way,
+            0.0,
+            1.0
+        ));
+        checked!(in_range(
+            "stillness.least_bandwidth",
+            self.least_bandwidth,
+            0.01,
+            3.0
+        ));
+        checked!(in_range(
+            "stillness.least_width",
+            self.least_width,
+            0.01,
+            3.0
+        ));
+        let widest = self.largest_width;
+        checked!(in_range(
+            "stillness.largest_width",
+            widest,
+            self.least_width,
+            3.0
+        ));
+        checked!(in_range("stillness.prior", self.prior, 1.0e-3, 100.0));
+        checked!(in_range("stillness.memory", self.memory, 0.1, 1.0e3));
+        checked!(in_range("stillness.stance", self.stance, 0.01, 100.0));
+        checked!(in_range("stillness.motion", self.motion, 0.01, 100.0));
+        checked!(in_range(
+            "stillness.relaxation",
+            self.relaxation,
+            0.1,
+            1.0e3
+        ));
+        let slide = &self.slide;
+        checked!(in_range("stillness.slide.speed", slide.speed, 1.0e-4, 1.0));
+        checked!(in_range("stillness.slide.lever", slide.lever, 0.0, 10.0));
+        let memory = slide.time_constant;
+        checked!(in_range(
+            "stillness.slide.time_constant",
+            memory,
+            1.0e-3,
+            10.0
+        ));
+        checked!(in_range("stillness.slide.limit", slide.limit, 1.0, 10.0));
+        let error = &self.gravity_error;
+        checked!(in_range(
+            "stillness.gravity_error.quiet",
+            error.quiet,
+            0.01,
+            1.0
+        ));
+        checked!(in_range(
+            "stillness.gravity_error.start",
+            error.start,
+            1.0e-3,
+            10.0
+        ));
+        let memory = error.memory;
+        checked!(in_range(
+            "stillness.gravity_error.memory",
+            memory,
+            1.0e-3,
+            100.0
+        ));
+        let forgetting = error.forgetting;
+        checked!(in_range(
+            "stillness.gravity_error.forgetting",
+            forgetting,
+            0.01,
+            1.0e3,
+        ));
+        checked!(in_range(
+            "stillness.gravity_error.limit",
+            error.limit,
+            0.0,
+            10.0
+        ));
+        Ok(Constants {
+            params: self,
+            priors: [
+                self.acceleration.prior(),
+                self.rate.prior(),
+                self.velocity.prior(),
+            ],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(change: impl FnOnce(&mut StillnessParams)) -> &'static str {
+        let mut params = StillnessParams::DEFAULT;
+        change(&mut params);
+        match params.check() {
+            Err(ParamsError::OutOfRange { field, .. }) => field,
+            Err(ParamsError::WindowLength { .. }) | Ok(_) => "nothing",
+        }
+    }
+
+    #[test]
+    fn a_constant_out_of_its_range_is_refused_with_the_name_of_its_field() {
+        type Set = fn(&mut StillnessParams, f32);
+        // Each field with a value that is just too small and one that is just too large.
+        let fields: [(&str, Set, f32, f32); 7] = [
+            (
+                "stillness.acceleration.floor",
+                |p, v| p.acceleration.floor = v,
+                0.9e-4,
+                10.1,
+            ),
+            (
+                "stillness.rate.indifference",
+                |p, v| p.rate.indifference = v,
+                -0.1,
+                1.1,
+            ),
+            (
+                "stillness.velocity.moving",
+                |p, v| p.velocity.moving = v,
+                0.9 * StillnessParams::DEFAULT.velocity.still,
+                101.0,
+            ),
+            ("stillness.window", |p, v| p.window = v, 0.9e-4, 1.1),
+            (
+                "stillness.largest_width",
+                |p, v| p.largest_width = v,
+                0.9 * StillnessParams::DEFAULT.least_width,
+                3.1,
+            ),
+            (
+                "stillness.slide.speed",
+                |p, v| p.slide.speed = v,
+                0.9e-4,
+                1.1,
+            ),
+            (
+                "stillness.gravity_error.limit",
+                |p, v| p.gravity_error.limit = v,
+                -0.1,
+                10.1,
+            ),
+        ];
+        for (field, set, low, high) in fields {
+            for value in [low, high, f32::NAN] {
+                assert_eq!(refused(|params| set(params, value)), field, "{value}");
+            }
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The parts of a motion, and what the classes say of each alone.
+//!
+//! A part's amplitude is at most that of the whole motion, so it is at least as still. On a foot that
+//! samples fast, parts take turns: with each sample one of the two directions or one axis is judged,
+//! and its means then move by as much as they would have in between. So the parts cost little beside
+//! the whole, which is judged with every sample. What is said of the parts is that of the sample before
+//! at the newest.
+
+use super::classes::{Edge, PerQuantity, QuantityCoefficients};
+use super::{heard, mass_of};
+use crate::axis::PerAxis;
+use crate::logarithm::exp;
+use crate::vector::Vec3;
+
+/// From this sample rate on, Hz, parts take turns.
+const TURNS_FROM: f32 = 500.0;
+
+/// Samples between two turns of a direction.
+const DIRECTION_TURN: u32 = 3;
+
+/// Samples between two turns of an axis.
+const AXIS_TURN: u32 = 18;
+
+/// A motion and the squares of its whole.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Motion {
+    pub acceleration: Vec3,
+    pub rate: Vec3,
+    pub velocity: Vec3,
+    /// Unit vector.
+    pub up: Vec3,
+    pub squares: PerQuantity<f32>,
+}
+
+/// A part of a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    /// Along the ground, and turning about up.
+    Tangential,
+    /// Along up, and tilting.
+    Vertical,
+    /// Along an axis of the sensor: 0 for x to 2 for z.
+    Along(usize),
+    /// About an axis of the sensor.
+    About(usize),
+}
+
+impl Part {
+    const ALL: [Self; 8] = [
+        Self::Tangential,
+        Self::Vertical,
+        Self::Along(0),
+        Self::Along(1),
+        Self::Along(2),
+        Self::About(0),
+        Self::About(1),
+        Self::About(2),
+    ];
+
+    /// The squares of what it has of each quantity; nothing where it has no part in one.
+    fn squares(self, motion: &Motion) -> PerQuantity<Option<f32>> {
+        let &Motion {
+            acceleration,
+            rate,
+            velocity,
+            up,
+            squares,
+        } = motion;
+        let upright = |vector: Vec3| {
+            let along = vector.dot(up);
+            along * along
+        };
+        let component = |vector: Vec3, axis: usize| {
+            let value = match axis {
+                0 => vector.x,
+                1 => vector.y,
+                _ => vector.z,
+            };
+            Some(value * value)
+        };
+        // Rounding may leave a little less than nothing, which the floors of the logarithms cover.
+        match self {
+            Self::Tangential => PerQuantity {
+                acceleration: Some(squares.acceleration - upright(acceleration)),
+                rate: Some(upright(rate)),
+                velocity: Some(squares.velocity - upright(velocity)),
+            },
+            Self::Vertical => PerQuantity {
+                acceleration: Some(upright(acceleration)),
+                rate: Some(squares.rate - upright(rate)),
+                velocity: Some(upright(velocity)),
+            },
+            Self::Along(axis) => PerQuantity {
+                acceleration: component(acceleration, axis),
+                rate: None,
+                velocity: component(velocity, axis),
+            },
+            Self::About(axis) => PerQuantity {
+                acceleration: None,
+                rate: component(rate, axis),
+                velocity: None,
+            },
+        }
+    }
+}
+
+/// What is known of one part.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct State {
+    /// Mean masses.
+    acceleration: f32,
+    rate: f32,
+    probability: f32,
+}
+
+/// What is known of all parts.
+#[derive(Clone, Debug)]
+pub(super) struct Parts {
+    states: [State; Part::ALL.len()],
+    /// Shares of the newest mass in the means of directions and of axes.
+    direction: f32,
+    axis: f32,
+    schedule: Schedule,
+}
+
+/// When which part is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Schedule {
+    /// All with each sample.
+    All,
+    /// By turns; samples since the first turn.
+    Turns(u32),
+}
+
+impl Parts {
+    /// Means over the time constant `window`, s, at a sample rate in Hz.
+    pub fn new(window: f32, sample_rate: f32) -> Self {
+        let share = |samples: u32| 1.0 - exp(-(samples as f32) / (window * sample_rate));
+        let by_turns = sample_rate >= TURNS_FROM;
+        let (direction, axis) = match by_turns {
+            true => (DIRECTION_TURN, AXIS_TURN),
+            false => (1, 1),
+        };
+        Self {
+            states: [State::default(); Part::ALL.len()],
+            direction: share(direction),
+            axis: share(axis),
+            schedule: match by_turns {
+                true => Schedule::Turns(0),
+                false => Schedule::All,
+            },
+        }
+    }
+
+    /// Judges the parts whose turn it is. Means have at least a share of one in `filled` samples.
+    pub fn push(
+        &mut self,
+        motion: &Motion,
+        edges: &PerQuantity<Edge>,
+        quantities: &PerQuantity<QuantityCoefficients>,
+        filled: u32,
+    ) {
+        match &mut self.schedule {
+            Schedule::All => {
+                for place in 0..Part::ALL.len() {
+                    self.judge(place, motion, edges, quantities, filled);
+                }
+            }
+            Schedule::Turns(turn) => {
+                let (slot, round) = (*turn % DIRECTION_TURN, *turn / DIRECTION_TURN);
+                *turn = (*turn + 1) % AXIS_TURN;
+                // Tangential, vertical, and one of the six axes.
+                let place = if slot < 2 { slot } else { 2 + round };
+                self.judge(place as usize, motion, edges, quantities, filled);
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn judge(
+        &mut self,
+        place: usize,
+        motion: &Motion,
+        edges: &PerQuantity<Edge>,
+        quantities: &PerQuantity<QuantityCoefficients>,
+        filled: u32,
+    ) {
+        let (Some(part), Some(state)) = (Part::ALL.get(place), self.states.get_mut(place)) else {
+            return;
+        };
+        let share = match (part, filled) {
+            // The first time there is nothing to move from.
+            (_, ..=AXIS_TURN) => 1.0,
+            (Part::Tangential | Part::Vertical, _) => self.direction,
+            (Part::Along(_) | Part::About(_), _) => self.axis,
+        };
+        let squares = part.squares(motion);
+        let mut probability = 1.0;
+        if let Some(square) = squares.acceleration {
+            let edge = &edges.acceleration;
+            let newest = mass_of(square, quantities.acceleration.floor_squared, edge);
+            state.acceleration += (newest - state.acceleration) * share;
+            probability *= heard(state.acceleration, edge);
+        }
+        if let Some(square) = squares.rate {
+            let newest = mass_of(square, quantities.rate.floor_squared, &edges.rate);
+            state.rate += (newest - state.rate) * share;
+            probability *= heard(state.rate, &edges.rate);
+        }
+        if let Some(square) = squares.velocity {
+            let newest = mass_of(square, quantities.velocity.floor_squared, &edges.velocity);
+            probability *= heard(newest, &edges.velocity);
+        }
+        state.probability = probability;
+    }
+
+    /// Lowers all means to a share of themselves.
+    pub fn scale(&mut self, share: f32) {
+        for state in &mut self.states {
+            state.acceleration *= share;
+            state.rate *= share;
+            state.probability *= share;
+        }
+    }
+
+    /// Tangential, vertical, and per axis.
+    pub fn probabilities(&self) -> (f32, f32, PerAxis<f32>) {
+        let [tangential, vertical, ax, ay, az, wx, wy, wz] =
+            self.states.map(|state| state.probability);
+        (
+            tangential,
+            vertical,
+            PerAxis::from_array([ax, ay, az, wx, wy, wz]),
+        )
+    }
+}

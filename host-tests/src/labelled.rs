@@ -1,0 +1,56 @@
+//! The labelled sets that the mean over sets is taken of, and what parameters score on them.
+
+use estimator_core::Params;
+use footfall::evaluate::labelled::Labelled;
+use footfall::evaluate::sets::{Set, files};
+use footfall::metrics::{Scored, brier_score};
+use footfall::recording::Recording;
+use footfall::replay::replay;
+
+use crate::datasets::recorded;
+
+/// The recordings of [`Set::AVERAGED`] with their sets, in their order; `None` where one is absent.
+///
+/// # Panics
+/// One cannot be read.
+#[must_use]
+pub fn averaged() -> Option<Vec<(Set, Recording)>> {
+    let paths: Option<Vec<_>> = files().iter().map(|file| recorded(file.path)).collect();
+    let paths = paths?;
+    let datasets = paths.first()?.parent()?.parent()?;
+    let files = Labelled::of_sets(Set::AVERAGED, datasets).expect("readable recordings");
+    let recordings = files.into_iter().map(|file| (file.set, file.recording));
+    Some(recordings.collect())
+}
+
+/// RMSE of P over the labelled samples of a recording.
+///
+/// # Panics
+/// Parameters that are not valid, or no label.
+#[must_use]
+pub fn rmse(recording: &Recording, params: &Params) -> f64 {
+    pooled([recording], params)
+}
+
+/// RMSE of P by set, in the order of [`Set::AVERAGED`].
+///
+/// # Panics
+/// As [`rmse`].
+#[must_use]
+pub fn rmse_by_set(recordings: &[(Set, Recording)], params: &Params) -> [f64; 7] {
+    Set::AVERAGED.map(|set| {
+        let of_set = recordings.iter().filter(|(of, _)| *of == set);
+        pooled(of_set.map(|(_, recording)| recording), params)
+    })
+}
+
+fn pooled<'a>(recordings: impl IntoIterator<Item = &'a Recording>, params: &Params) -> f64 {
+    let scored: Vec<Scored> = recordings
+        .into_iter()
+        .flat_map(|recording| {
+            let estimates = replay(recording, params).expect("valid parameters");
+            Scored::collect(&recording.samples, &estimates)
+        })
+        .collect();
+    libm::sqrt(brier_score(&scored).expect("labels"))
+}

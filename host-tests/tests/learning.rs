@@ -1,0 +1,371 @@
+//! It is safe to learn: whatever a foot goes through before it walks, within ten steps of the walk the
+//! estimate is right again; what it has learnt stays within the limits of what can be learnt; and no
+//! sample in doubt is ever called stable.
+
+use std::f32::consts::TAU;
+use std::ops::Range;
+
+use estimator_core::stillness::Classes;
+use estimator_core::{
+    AngularRate, ContactEstimate, ContactEstimator, Decision, Flags, ImuSample, Learnt, Params,
+    Saturation, SpecificForce, Validity, Vec3,
+};
+use footfall::gait::{
+    Activity, FootState, GaitName, Ground, Plan, SensorParams, Simulation, simulate,
+};
+use footfall::recording::{Label, Recording};
+use footfall::replay::replay_and_learn;
+use host_tests::changed::{Chance, after, after_samples, changed};
+
+const GRAVITY: f32 = 9.806_65;
+
+/// Of the walk, after which the estimate has to be right.
+const STEPS: usize = 10;
+
+/// The same after minutes in which one axis was stuck: two strides more.
+const STEPS_AFTER_A_STUCK_AXIS: usize = STEPS + 2;
+
+/// Of the whole walk, s: ten steps of 0.9 s, and as many that are checked.
+const WALK_SECONDS: f64 = 22.0;
+
+/// Shorter rests under load are no good stance, s.
+const SHORTEST_STANCE: f64 = 0.1;
+
+/// Share of a good stance with P > 0.5.
+const OF_A_STANCE: f64 = 0.5;
+
+/// Share of a swing with P < 0.5.
+const OF_A_SWING: f64 = 0.9;
+
+/// What a foot goes through before it walks, s.
+const MINUTES: f32 = 180.0;
+
+/// Noise of the sensor, m/s² and rad/s.
+const NOISE: (f32, f32) = (0.02, 0.0012);
+
+fn walk() -> Simulation {
+    let plan = Plan::steady(GaitName::Walk, Ground::Hard, WALK_SECONDS, 7);
+    simulate(&plan, &SensorParams::LSM6DSOX, 7)
+}
+
+/// Specific force and angular rate over so many seconds at 1 kHz, by a function of time in s, with the
+/// sensor's noise.
+fn motion(
+    seconds: f32,
+    seed: u64,
+    at: impl Fn(f32) -> (Vec3, Vec3),
+) -> impl Iterator<Item = (Vec3, Vec3)> {
+    let mut chance = Chance::new(seed);
+    (0..(1000.0 * seconds) as u32).map(move |k| {
+        // In f32 minutes at 1 kHz would have a grain of some hundredths of a millisecond.
+        let (force, rate) = at((f64::from(k) * 1e-3) as f32);
+        (
+            force + chance.vector(NOISE.0),
+            rate + chance.vector(NOISE.1),
+        )
+    })
+}
+
+/// The stretches of samples in which something holds.
+fn stretches<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<Range<usize>> {
+    let mut stretches = Vec::new();
+    let mut start = 0;
+    for stretch in items.chunk_by(|a, b| holds(a) == holds(b)) {
+        let range = start..start + stretch.len();
+        start = range.end;
+        if stretch.first().is_some_and(&holds) {
+            stretches.push(range);
+        }
+    }
+    stretches
+}
+
+/// What is wrong with the estimates of a walk from the eleventh step on; of its stances and swings the
+/// last may be cut off.
+fn wrong(walk: &Simulation, estimates: &[ContactEstimate], steps: usize) -> Vec<String> {
+    let swings = stretches(&walk.truth, |state: &FootState| {
+        state.activity == Activity::Swinging
+    });
+    let checked_from = swings[steps].start;
+    let share = |range: &Range<usize>, holds: &dyn Fn(f32) -> bool| {
+        let inside = &estimates[range.clone()];
+        let count = inside.iter().filter(|e| holds(e.probabilities.stable));
+        count.count() as f64 / inside.len() as f64
+    };
+    let mut wrong = Vec::new();
+    for swing in swings.iter().filter(|swing| swing.start >= checked_from) {
+        let found = share(swing, &|p| p < 0.5);
+        if found <= OF_A_SWING {
+            wrong.push(format!(
+                "swing at {} ms: P < 0.5 for {found:.2}",
+                swing.start
+            ));
+        }
+    }
+    let samples = &walk.recording.samples;
+    let stances = stretches(samples, |sample| sample.label == Some(Label::Stable));
+    let long = (SHORTEST_STANCE * f64::from(walk.recording.sample_rate)) as usize;
+    for stance in stances {
+        let found = share(&stance, &|p| p > 0.5);
+        if stance.start >= checked_from && stance.len() >= long && found <= OF_A_STANCE {
+            wrong.push(format!(
+                "stance at {} ms: P > 0.5 for {found:.2}",
+                stance.start
+            ));
+        }
+    }
+    wrong
+}
+
+fn assert_no_doubt_is_stable(name: &str, estimates: &[ContactEstimate]) {
+    let doubtful = |e: &&ContactEstimate| e.flags.are_doubt() && e.decision == Decision::Stable;
+    let found = estimates.iter().find(doubtful);
+    assert_eq!(found, None, "{name}: in doubt and stable");
+}
+
+fn assert_can_be_learnt(name: &str, learnt: Learnt) {
+    let params = Params {
+        learnt: Some(learnt),
+        ..Params::DEFAULT
+    };
+    let valid = params.validate::<256>().map(|_| ());
+    assert_eq!(valid, Ok(()), "{name}: {learnt:?}");
+}
+
+/// Runs the estimator over what was before and the walk, which is at the end of `recording`, and says
+/// what is [`wrong`].
+fn walk_after(
+    name: &str,
+    recording: &Recording,
+    walk: &Simulation,
+    params: &Params,
+    steps: usize,
+) -> Vec<String> {
+    let before = recording.samples.len() - walk.recording.samples.len();
+    if before > 0 {
+        let mut first = recording.clone();
+        first.samples.truncate(before);
+        let (_, learnt) = replay_and_learn(&first, params).expect("valid parameters");
+        println!("{name}: after what was before {learnt:.2?}");
+        assert_can_be_learnt(name, learnt);
+    }
+    let (estimates, learnt) = replay_and_learn(recording, params).expect("valid parameters");
+    assert_no_doubt_is_stable(name, &estimates);
+    assert_can_be_learnt(name, learnt);
+    let wrong = wrong(walk, &estimates[before..], steps).into_iter();
+    wrong.map(|what| format!("{name}: {what}")).collect()
+}
+
+fn walk_after_motion(name: &str, before: impl IntoIterator<Item = (Vec3, Vec3)>) -> Vec<String> {
+    let walk = walk();
+    let recording = after(before, &walk.recording);
+    walk_after(name, &recording, &walk, &Params::DEFAULT, STEPS)
+}
+
+fn assert_nothing_wrong(wrong: &[String]) {
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+const UP: Vec3 = Vec3::new(0.0, 0.0, GRAVITY);
+
+#[test]
+fn a_foot_that_walks_at_once() {
+    assert_nothing_wrong(&walk_after_motion("nothing before", []));
+}
+
+#[test]
+fn a_foot_that_has_only_slid() {
+    // To and fro without a rest, once smoothly and once with stick-slip.
+    let mut wrong = Vec::new();
+    for (name, chatter) in [("ice", 0.0_f32), ("rubber", 3.0)] {
+        let slide = motion(MINUTES, 1, |t| {
+            let along = 0.6 * (TAU * 0.8 * t).sin() + chatter * (TAU * 45.0 * t).sin();
+            (UP + Vec3::new(along, 0.3 * along, 0.0), Vec3::ZERO)
+        });
+        wrong.extend(walk_after_motion(&format!("slides on {name}"), slide));
+    }
+    assert_nothing_wrong(&wrong);
+}
+
+#[test]
+fn a_foot_that_was_carried_about_gently() {
+    let mut wrong = Vec::new();
+    for strength in [0.3_f32, 1.0] {
+        // Rolls by a fifth of a radian and is lifted and lowered.
+        let carried = motion(MINUTES, 2, |t| {
+            let (turns, lifts) = (TAU * 0.4, TAU * 1.1);
+            let angle = 0.2 * strength * (turns * t).sin();
+            let lifted = GRAVITY + 0.8 * strength * (lifts * t).sin();
+            let force = Vec3::new(0.0, lifted * angle.sin(), lifted * angle.cos());
+            let rate = 0.2 * strength * turns * (turns * t).cos();
+            (force, Vec3::new(rate, 0.0, 0.0))
+        });
+        wrong.extend(walk_after_motion(
+            &format!("carried, strength {strength}"),
+            carried,
+        ));
+    }
+    assert_nothing_wrong(&wrong);
+}
+
+#[test]
+fn a_foot_that_lay_in_a_box_on_its_side() {
+    let rest = motion(MINUTES, 3, |_| (Vec3::new(GRAVITY, 0.0, 0.0), Vec3::ZERO));
+    assert_nothing_wrong(&walk_after_motion("in a box", rest));
+}
+
+#[test]
+fn a_foot_that_stood_for_ten_minutes() {
+    let stood = motion(600.0, 4, |_| (UP, Vec3::ZERO));
+    assert_nothing_wrong(&walk_after_motion("stood", stood));
+}
+
+#[test]
+fn a_foot_that_hung_in_the_air_and_vibrated() {
+    let mut wrong = Vec::new();
+    for (hertz, amplitude) in [
+        (12.0_f32, 0.3_f32),
+        (12.0, 2.0),
+        (30.0, 1.0),
+        (30.0, 5.0),
+        (80.0, 2.0),
+        (80.0, 10.0),
+        (200.0, 4.0),
+    ] {
+        let hangs = motion(120.0, 5, |t| {
+            let swing = (TAU * hertz * t).sin();
+            let force = Vec3::new(amplitude * swing, 0.4 * amplitude * swing, 0.0);
+            // On a lever of a tenth of a metre.
+            let rate = 10.0 * amplitude / (TAU * hertz) * (TAU * hertz * t).cos();
+            (UP + force, Vec3::new(0.0, rate, 0.0))
+        });
+        wrong.extend(walk_after_motion(
+            &format!("{hertz} Hz, {amplitude} m/s²"),
+            hangs,
+        ));
+    }
+    assert_nothing_wrong(&wrong);
+}
+
+#[test]
+fn a_foot_of_which_an_axis_was_stuck() {
+    let long = Plan::steady(GaitName::Walk, Ground::Hard, MINUTES.into(), 8);
+    let long = simulate(&long, &SensorParams::LSM6DSOX, 8).recording;
+    let walk = walk();
+    type Stick = fn(&mut ImuSample);
+    let sticks: [(&str, Stick); 4] = [
+        ("ay at 0", |imu| imu.specific_force.0.y = 0.0),
+        ("ax at 20 m/s²", |imu| imu.specific_force.0.x = 20.0),
+        ("az at 0", |imu| imu.specific_force.0.z = 0.0),
+        ("wy at 1 rad/s", |imu| imu.angular_rate.0.y = 1.0),
+    ];
+    let mut wrong = Vec::new();
+    for (name, stick) in sticks {
+        let stuck = changed(&long, |sample| stick(&mut sample.imu));
+        let before = stuck.samples.iter().map(|sample| sample.imu);
+        let recording = after_samples(before, &walk.recording);
+        let steps = STEPS_AFTER_A_STUCK_AXIS;
+        wrong.extend(walk_after(name, &recording, &walk, &Params::DEFAULT, steps));
+    }
+    assert_nothing_wrong(&wrong);
+}
+
+#[test]
+fn a_foot_that_starts_with_what_another_robot_has_learnt() {
+    let walk = walk();
+    let (_, own) = replay_and_learn(&walk.recording, &Params::DEFAULT).expect("valid parameters");
+    let mut wrong = Vec::new();
+    for factor in [10.0_f32, 0.1] {
+        let other = |classes: Classes| Classes {
+            still: classes.still + factor.ln(),
+            moving: classes.moving + factor.ln(),
+            ..classes
+        };
+        let learnt = Learnt {
+            acceleration: other(own.acceleration),
+            rate: other(own.rate),
+            velocity: other(own.velocity),
+            ..own
+        };
+        let params = Params {
+            learnt: Some(learnt),
+            ..Params::DEFAULT
+        };
+        let name = format!("a warm start {factor} times as large");
+        wrong.extend(walk_after(&name, &walk.recording, &walk, &params, STEPS));
+    }
+    assert_nothing_wrong(&wrong);
+}
+
+/// Samples of any bits and any validity.
+fn garbage(samples: usize) -> impl Iterator<Item = ImuSample> {
+    let mut chance = Chance::new(9);
+    (0..samples).map(move |_| {
+        let mut number = || match chance.bits() % 4 {
+            0 => f32::from_bits(chance.bits() as u32),
+            _ => 300.0 * (chance.even() as f32 - 0.5),
+        };
+        let force = Vec3::new(number(), number(), number());
+        let rate = Vec3::new(number(), number(), number());
+        let validity = match chance.bits() % 8 {
+            0 => Validity::Stale,
+            1 => Validity::Invalid,
+            2 => Validity::Saturated(Saturation::Gyroscope),
+            3 => Validity::Saturated(Saturation::Both),
+            _ => Validity::Valid,
+        };
+        ImuSample {
+            specific_force: SpecificForce(force),
+            angular_rate: AngularRate(rate),
+            validity,
+            ..ImuSample::default()
+        }
+    })
+}
+
+#[test]
+fn a_foot_after_garbage_and_saturation() {
+    let walk = walk();
+    let recording = after_samples(garbage(120_000), &walk.recording);
+    assert_nothing_wrong(&walk_after(
+        "garbage",
+        &recording,
+        &walk,
+        &Params::DEFAULT,
+        STEPS,
+    ));
+    let saturated = ImuSample {
+        specific_force: SpecificForce(Vec3::new(0.0, 0.0, 156.0)),
+        validity: Validity::Saturated(Saturation::Accelerometer),
+        ..ImuSample::default()
+    };
+    let before = std::iter::repeat_n(saturated, 120_000);
+    let recording = after_samples(before, &walk.recording);
+    assert_nothing_wrong(&walk_after(
+        "saturation",
+        &recording,
+        &walk,
+        &Params::DEFAULT,
+        STEPS,
+    ));
+}
+
+#[test]
+fn at_every_moment_of_garbage_what_is_learnt_can_be_learnt() {
+    let config = Params::DEFAULT.validate::<256>().expect("the preset");
+    let mut estimator = ContactEstimator::new(&config);
+    for (k, sample) in (0_u64..).zip(garbage(50_000)) {
+        let timestamp = estimator_core::Timestamp::from_micros(1000 * k);
+        let estimate = estimator.update(
+            &ImuSample {
+                timestamp,
+                ..sample
+            },
+            None,
+        );
+        assert!(estimate.flags != Flags::NONE || estimate.probabilities.stable >= 0.0);
+        if k % 50 == 0 {
+            assert_can_be_learnt("garbage", estimator.learnt());
+        }
+    }
+}

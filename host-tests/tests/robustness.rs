@@ -1,0 +1,89 @@
+//! What real installations do to samples: the default preset on the walk of `footfall demo`, and a
+//! foot that has stood for long before it walks. Limits are on the RMSE of P against the labels.
+
+use estimator_core::{Params, Vec3};
+use footfall::evaluate::sets::Set;
+use footfall::gait::{Plan, SensorParams, record};
+use footfall::recording::Recording;
+use host_tests::changed::{
+    jittering, losing_bursts, losing_single, stood, with_force_bias, with_rate_bias,
+};
+use host_tests::labelled::{averaged, rmse};
+
+const SEED: u64 = 1;
+
+/// Most that a minute of standing changes, in RMSE.
+const STANDING_CHANGES: f64 = 0.02;
+
+fn demo() -> Recording {
+    record(&Plan::demo(SEED), &SensorParams::LSM6DSOX, SEED)
+}
+
+fn assert_rmse(recording: &Recording, limit: f64) {
+    let rmse = rmse(recording, &Params::DEFAULT);
+    println!("RMSE {rmse:.4}, limit {limit}");
+    assert!(rmse <= limit, "RMSE {rmse:.4}, limit {limit}");
+}
+
+#[test]
+fn one_sample_in_twenty_may_be_lost() {
+    assert_rmse(&losing_single(&demo(), 0.05, SEED), 0.23);
+}
+
+#[test]
+fn one_sample_in_twenty_may_be_lost_in_bursts_of_ten_milliseconds() {
+    assert_rmse(&losing_bursts(&demo(), 0.05, 10, SEED), 0.25);
+}
+
+#[test]
+fn times_may_be_off_by_half_a_period() {
+    assert_rmse(&jittering(&demo(), 0.5, SEED), 0.22);
+}
+
+#[test]
+fn a_gyroscope_may_have_two_degrees_per_second_of_bias_on_each_axis() {
+    for sign in [1.0_f32, -1.0] {
+        let bias = sign * 2.0_f32.to_radians();
+        assert_rmse(&with_rate_bias(&demo(), Vec3::new(bias, bias, bias)), 0.22);
+    }
+}
+
+#[test]
+fn an_accelerometer_may_have_a_third_of_a_metre_per_second_squared_of_bias_on_each_axis() {
+    for sign in [1.0_f32, -1.0] {
+        let bias = sign * 0.3;
+        assert_rmse(&with_force_bias(&demo(), Vec3::new(bias, bias, bias)), 0.23);
+    }
+}
+
+#[test]
+fn what_is_left_of_gravity_where_it_was_removed_is_found() {
+    let Some(recordings) = averaged() else {
+        return;
+    };
+    let ground = recordings.into_iter().find(|(set, _)| *set == Set::Ground);
+    let (_, ground) = ground.expect("a set that is averaged");
+    assert_rmse(&with_force_bias(&ground, Vec3::new(0.1, 0.1, 0.1)), 0.27);
+}
+
+#[test]
+fn a_minute_of_standing_before_a_walk_changes_little() {
+    let Some(recordings) = averaged() else {
+        return;
+    };
+    let changes: Vec<(String, f64)> = recordings
+        .iter()
+        .map(|(_, recording)| {
+            let stood = stood(recording, 60.0, SEED);
+            let [before, after] = [recording, &stood].map(|r| rmse(r, &Params::DEFAULT));
+            println!(
+                "{:24} {before:.4}, after a minute {after:.4}",
+                recording.name
+            );
+            (recording.name.clone(), after - before)
+        })
+        .collect();
+    let changed = changes.iter().filter(|(_, by)| by.abs() > STANDING_CHANGES);
+    let changed: Vec<_> = changed.collect();
+    assert!(changed.is_empty(), "{changed:?}");
+}
