@@ -270,10 +270,16 @@ mod tests {
     use super::*;
     use crate::replay::CAPACITY;
 
-    fn refusal(text: &str, window: Option<WindowLength>) -> String {
+    /// The overrides in a file, and the default preset with them.
+    fn applied(text: &str) -> (Overrides, Params) {
         let overrides = Overrides::parse(text, "c.toml").unwrap();
         let mut params = Params::DEFAULT;
         overrides.apply(&mut params);
+        (overrides, params)
+    }
+
+    fn refusal(text: &str, window: Option<WindowLength>) -> String {
+        let (overrides, mut params) = applied(text);
         params.window = window.unwrap_or(params.window);
         let origins = Origins {
             file: Some("c.toml"),
@@ -415,9 +421,7 @@ mod tests {
     #[test]
     fn what_has_no_effect_is_refused_by_its_name() {
         let refused = |text: &str, window| {
-            let overrides = Overrides::parse(text, "c.toml").unwrap();
-            let mut params = Params::DEFAULT;
-            overrides.apply(&mut params);
+            let (overrides, params) = applied(text);
             let origins = Origins {
                 file: Some("c.toml"),
                 overrides: &overrides,
