@@ -237,7 +237,7 @@ impl AttitudeFilter {
         let step = self.step(elapsed_us);
 
         let turn = self.strapdown.turn(rate, self.bias.bias(), step);
-        let (spread_squared, settle_anew) = match turn {
+        let (spread_squared, settling_time) = match turn {
             Turn::By(increment) => {
                 self.orientation = self.orientation.multiply(increment.turn).renormalised();
                 let gap = step.continuity == Continuity::Gap;
@@ -245,7 +245,7 @@ impl AttitudeFilter {
             }
             Turn::Unknown => (0.0, Some(inclination::TURN_UNKNOWN)),
         };
-        if let Some(time_constant) = settle_anew {
+        if let Some(time_constant) = settling_time {
             self.alignment = Alignment::Searching;
             self.quietness.forget();
             self.inclination.lose(time_constant);

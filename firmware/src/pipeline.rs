@@ -215,7 +215,7 @@ impl Foot {
 
         self.send_can(&estimate, ports);
         self.send_uart(&estimate, measurement, tick.time, ports);
-        // Nobody waits for what the sample teaches.
+        // Learning has no deadline: it runs after the frames are sent.
         self.estimator.finish();
         let mut gone = wire::Faults::NONE;
         self.fading.tick(|fault| gone = gone.with(fault));

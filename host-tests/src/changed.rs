@@ -113,7 +113,7 @@ pub fn changed(recording: &Recording, change: impl FnMut(&mut RecordedSample)) -
     changed
 }
 
-/// With so many seconds of standing still in front, as the foot stands at its beginning; they have no
+/// With a number of seconds of standing still in front, as the foot stands at its beginning; they have no
 /// labels.
 #[must_use]
 pub fn stood(recording: &Recording, seconds: f64, seed: u64) -> Recording {

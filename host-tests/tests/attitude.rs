@@ -161,9 +161,9 @@ enum Degradation {
     GyroscopeBias(f32),
     /// m/s² on every axis.
     AccelerometerBias(f32),
-    /// 5 % of the samples are lost, so many at a time.
+    /// 5 % of the samples are lost, this number at a time.
     Lost(usize),
-    /// Timestamps are wrong by up to so many periods.
+    /// Timestamps are wrong by up to this number of periods.
     Jitter(f64),
 }
 

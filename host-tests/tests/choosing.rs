@@ -16,7 +16,7 @@ use host_tests::slips::Score;
 
 const DOCUMENT: &str = "docs/choosing.md";
 
-/// Every so many profiles of the grid of slips are walked. It has no divisor with any side of the
+/// Step through the profiles of the grid of slips. It has no divisor with any side of the
 /// grid in common, so all values of each occur.
 const PROFILE_STEP: usize = 7;
 

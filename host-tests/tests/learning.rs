@@ -48,7 +48,7 @@ fn walk() -> Simulation {
     simulate(&plan, &SensorParams::LSM6DSOX, 7)
 }
 
-/// Specific force and angular rate over so many seconds at 1 kHz, by a function of time in s, with the
+/// Specific force and angular rate at 1 kHz over a duration in s, by a function of time in s, with the
 /// sensor's noise.
 fn motion(
     seconds: f32,

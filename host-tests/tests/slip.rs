@@ -132,7 +132,7 @@ fn slips_are_found_soon_and_good_stances_are_left_alone() {
     assert!(default.displacement().0 <= DISPLACEMENT);
     assert!(default.false_per_thousand() <= FALSE_PER_THOUSAND);
     assert!(running[0].false_per_thousand() <= FALSE_PER_THOUSAND_RUNNING);
-    // Slips out of stances that nobody had called stable yet mislead nobody, and are few.
+    // A slip out of a stance that was not called stable yet misleads no consumer. They are few.
     let left_out = default.not_ready as f64 / (default.not_ready + default.slips.len()) as f64;
     assert!(left_out <= LEFT_OUT, "{left_out}");
     assert_eq!(one.not_ready, 0);

@@ -107,7 +107,7 @@ impl Inclination {
         self.doubt = self.doubt.lesser(1.0 / START_TIME_CONSTANT);
     }
 
-    /// Takes note that up is lost, and has to settle anew with this time constant, s.
+    /// Up is lost, and has to settle again with this time constant, s.
     pub(super) fn lose(&mut self, time_constant: f32) {
         self.raise_towards(time_constant, 1.0);
         self.settled = 0.0;

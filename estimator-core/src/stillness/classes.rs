@@ -14,15 +14,18 @@
 //!
 //! What keeps that from running away:
 //!
-//! * A stance, however long, is learnt from for [`StillnessParams::stance`](super::StillnessParams::stance), and a motion for
-//!   [`StillnessParams::motion`](super::StillnessParams::motion): only a foot that steps teaches. An hour of standing, of being
-//!   carried, of hanging in a vibrating robot counts like a fraction of a second.
-//! * The edge of stillness lies between the classes: so many widths above stillness, and at most a part
-//!   of the way to motion.
+//! * Of each stance, however long, only its beginning teaches ([`StillnessParams::stance`]), and the
+//!   same holds for a motion ([`StillnessParams::motion`]): only a foot that steps teaches. An hour of
+//!   standing, of being carried, of hanging in a vibrating robot counts like a fraction of a second.
+//! * The edge of stillness lies between the classes: a number of widths above stillness, and at most a
+//!   part of the way to motion.
 //! * A foot that finds no stillness for longer grows its still class back to the prior, never beyond:
 //!   so what another robot has taught cannot keep this one from being found still. And one that finds
 //!   hardly any motion shrinks both classes back to the prior, where they are larger.
 //! * What was learnt before a start weighs like a few steps, so that some steps more can outweigh it.
+//!
+//! [`StillnessParams::stance`]: super::StillnessParams::stance
+//! [`StillnessParams::motion`]: super::StillnessParams::motion
 
 use super::params::{Constants, QuantityParams};
 use crate::logarithm::exp;

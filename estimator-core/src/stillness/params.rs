@@ -27,9 +27,9 @@ pub struct QuantityParams {
     pub moving: f32,
     /// Mean deviation of stillness before anything is learnt, of the logarithm. 0.01 to 3.
     pub width: f32,
-    /// The edge of stillness lies so many widths above it. 0 to 20.
+    /// Distance of the edge from the mean of stillness, widths. 0 to 20.
     pub edge: f32,
-    /// A deviation counts so many times in the width: what lies beyond the edge belongs to stillness
+    /// Factor of a deviation in the width: what lies beyond the edge belongs to stillness
     /// less and less, and the width would shrink without end. 0.5 to 5.
     pub inflation: f32,
     /// Kernel bandwidth in widths of stillness. 0.01 to 10.
@@ -50,7 +50,7 @@ pub struct SlideParams {
     pub lever: f32,
     /// How long speed is remembered, s. 1e-3 to 10.
     pub time_constant: f32,
-    /// Speed is remembered up to so many times the one that counts. 1 to 10.
+    /// Largest speed that is remembered, as a multiple of the one that counts. 1 to 10.
     pub limit: f32,
 }
 

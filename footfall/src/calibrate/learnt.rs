@@ -19,8 +19,8 @@ use crate::replay::replay_and_learn;
 /// Below this share of good samples, that is why nothing was learnt.
 const LEAST_USABLE: f64 = 0.1;
 
-/// Where in all quantities motion has less than so many times the amplitude of stillness, the classes
-/// do not differ.
+/// Least ratio of the amplitudes in motion and in stillness. Where all quantities lie below it, the
+/// classes do not differ.
 const LEAST_FACTOR: f32 = 2.5;
 
 /// Learns from one recording after another.

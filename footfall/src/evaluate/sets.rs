@@ -20,7 +20,7 @@ const STEADY_SEED: u64 = 1;
 /// Of each walk with slips, s.
 const SLIPS_SECONDS: f64 = 14.0;
 
-/// Every so many profiles of the grid of slips are walked. It has no divisor with any side of the
+/// Step through the profiles of the grid of slips. It has no divisor with any side of the
 /// grid in common, so speeds, floors, headings and vibrations all vary.
 const SLIPS_STEP: usize = 31;
 
