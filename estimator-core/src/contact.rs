@@ -199,10 +199,12 @@ impl Pipeline<AnyRing> {
     fn missing_samples(&self, elapsed: Elapsed) -> u64 {
         match elapsed {
             Elapsed::Micros(elapsed) if elapsed >= self.gap_us => {
-                let periods = elapsed.saturating_add(self.period_us / 4) / self.period_us.max(1);
-                periods.saturating_sub(1)
+                // In 32 bits, since more than the 71 minutes that they hold makes no difference.
+                let short = |micros: u64| u32::try_from(micros).unwrap_or(u32::MAX);
+                let elapsed = short(elapsed.saturating_add(self.period_us / 4));
+                u64::from((elapsed / short(self.period_us).max(1)).saturating_sub(1))
             }
-            // The usual case costs no 64-bit division.
+            // The usual case costs no division.
             _ => 0,
         }
     }

@@ -134,7 +134,7 @@ impl Settings {
         if value.data_type() != entry.data_type() {
             return Err(AbortCode::Length);
         }
-        entry.limits.check(value)?;
+        entry.limits().check(value)?;
         if entry.role == dictionary::Role::PdoCobId
             && value.to_raw() & !PDO_OFF != entry.default.to_raw()
         {
@@ -494,7 +494,7 @@ mod tests {
             if !parameters.contains(&address.index) || others.contains(&address.index) {
                 continue;
             }
-            let Limits::Range(low, high) = entry.limits else {
+            let Limits::Range(low, high) = entry.limits() else {
                 panic!("{address:?} has no range");
             };
             for value in [low, high] {

@@ -187,7 +187,7 @@ fn every_setting_takes_its_limits_and_refuses_what_lies_beyond() {
             continue;
         }
         let mut node = node();
-        let Some((low, high)) = entry.limits.range() else {
+        let Some((low, high)) = entry.limits().range() else {
             assert_eq!(write(&mut node, address, entry.default).0, Ok(()));
             continue;
         };
@@ -212,7 +212,7 @@ fn every_setting_takes_its_limits_and_refuses_what_lies_beyond() {
                 );
             }
         }
-        let choice = matches!(entry.limits, Limits::OneOf(_) | Limits::RangeWithout(_));
+        let choice = matches!(entry.limits(), Limits::OneOf(_) | Limits::RangeWithout(_));
         let (below, above) = match (low, high) {
             (Value::U8(low), Value::U8(high)) => (
                 low.checked_sub(1).map(Value::U8),

@@ -97,7 +97,7 @@ fn python_canopen_reads_the_eds_as_the_dictionary_is() {
                 Role::CobId | Role::PdoCobId => "cob_id",
                 _ => "other",
             };
-            let (low, high) = entry.limits.range().unzip();
+            let (low, high) = entry.limits().range().unzip();
             let _ = writeln!(
                 table,
                 "{}\t{}\t{name}\t{}\t{access}\t{role}\t{}\t{}\t{}\t{}\t{}",

@@ -27,10 +27,14 @@ use super::timebase::Patience;
 /// Waits on the HAL's timer, at least as long as it says.
 pub struct Delay;
 
+/// One tick of the HAL's time, ns.
+const NANOS_PER_TICK: u32 = (1_000_000_000 / embassy_time::TICK_HZ) as u32;
+
 impl DelayNs for Delay {
     async fn delay_ns(&mut self, ns: u32) {
         // One tick more: the first one has begun already.
-        Timer::after(Duration::from_nanos(u64::from(ns)) + Duration::from_ticks(1)).await;
+        let ticks = ns.div_ceil(NANOS_PER_TICK) + 1;
+        Timer::after(Duration::from_ticks(u64::from(ticks))).await;
     }
 }
 

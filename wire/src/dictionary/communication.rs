@@ -1,8 +1,8 @@
 //! 0x1000 to 0x1FFF: what CiA 301 wants and allows.
 
 use super::{
-    Access, Entry, Limits, Object, PDO_NO_REMOTE, PRODUCT_CODE, REVISION, Role, Shape, Text,
-    VENDOR_ID, index,
+    Access, Entry, Object, PDO_NO_REMOTE, PRODUCT_CODE, REVISION, Role, Shape, Text, VENDOR_ID,
+    index,
 };
 use crate::foot::cob_id;
 use crate::pdo::{self, Pdo};
@@ -19,12 +19,7 @@ const fn tpdo(pdo: Pdo) -> [Entry; 3] {
         )
         .doc("bit 31 set: not sent; the identifier itself cannot be changed"),
         Entry::setting(2, "Transmission type", Value::U8(254))
-            .limits(Limits::RangeWithout(&[
-                Value::U8(1),
-                Value::U8(255),
-                Value::U8(241),
-                Value::U8(253),
-            ]))
+            .range_without([1, 255, 241, 253])
             .doc("1 to 240: with every n-th SYNC; 254 and 255: by the event timer"),
         Entry::setting(5, "Event timer", Value::U16(pdo.default_period_ms()))
             .range(Value::U16(0), Value::U16(10_000))

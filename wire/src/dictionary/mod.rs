@@ -149,7 +149,7 @@ pub enum Limits {
     Range(Value, Value),
     /// From the first to the second, but nothing between the third and the fourth, themselves
     /// included.
-    RangeWithout(&'static [Value; 4]),
+    RangeWithout([Value; 4]),
     /// One of these.
     OneOf(&'static [Value]),
 }
@@ -163,7 +163,7 @@ impl Limits {
         match self {
             Self::Any => Ok(()),
             Self::Range(low, high) => in_range(value, low, high),
-            Self::RangeWithout(&[low, high, from, to]) => {
+            Self::RangeWithout([low, high, from, to]) => {
                 if in_range(value, low, high).is_err() || in_range(value, from, to).is_ok() {
                     return Err(AbortCode::InvalidValue);
                 }
@@ -184,8 +184,34 @@ impl Limits {
     pub fn range(self) -> Option<(Value, Value)> {
         match self {
             Self::Any => None,
-            Self::Range(low, high) | Self::RangeWithout(&[low, high, ..]) => Some((low, high)),
+            Self::Range(low, high) | Self::RangeWithout([low, high, ..]) => Some((low, high)),
             Self::OneOf(values) => Some((*values.first()?, *values.last()?)),
+        }
+    }
+}
+
+/// Limits as an entry holds them, in a byte beside eight bytes of numbers: the numbers' type is that
+/// of the entry's default.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Bounds {
+    Any,
+    /// The numbers are the least and the greatest value.
+    Range,
+    /// The bytes of the first number are those of [`Limits::RangeWithout`].
+    RangeWithout,
+    OneOf(Choice),
+}
+
+/// Lists of the values that may be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Choice {
+    CanBitRate,
+}
+
+impl Choice {
+    const fn values(self) -> &'static [Value] {
+        match self {
+            Self::CanBitRate => settings::CAN_BIT_RATES,
         }
     }
 }
@@ -245,7 +271,7 @@ impl core::fmt::Display for Text {
 
 // The dictionary lies in the foot's flash.
 #[cfg(target_os = "none")]
-const _: () = assert!(size_of::<Entry>() <= 28);
+const _: () = assert!(size_of::<Entry>() <= 20);
 
 /// A value in the dictionary. On a microcontroller its texts are empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -260,8 +286,8 @@ pub struct Entry {
     pub access: Access,
     /// Its value at first, which also fixes its type.
     pub default: Value,
-    /// What may be written.
-    pub limits: Limits,
+    bounds: Bounds,
+    numbers: [u32; 2],
     /// The unit; empty where there is none.
     pub unit: Text,
     /// What it means, where its name and its object's text do not say it all.
@@ -282,7 +308,8 @@ impl Entry {
             role,
             access,
             default,
-            limits: Limits::Any,
+            bounds: Bounds::Any,
+            numbers: [0; 2],
             unit: Text::NONE,
             doc: Text::NONE,
         }
@@ -316,12 +343,22 @@ impl Entry {
         Self::new(subindex, name, Role::Command, access, default)
     }
 
-    const fn range(self, low: Value, high: Value) -> Self {
-        self.limits(Limits::Range(low, high))
+    const fn range(mut self, low: Value, high: Value) -> Self {
+        self.bounds = Bounds::Range;
+        self.numbers = [low.to_raw(), high.to_raw()];
+        self
     }
 
-    const fn limits(mut self, limits: Limits) -> Self {
-        self.limits = limits;
+    /// From the first byte to the second, but nothing between the third and the fourth.
+    const fn range_without(mut self, bytes: [u8; 4]) -> Self {
+        assert!(matches!(self.default, Value::U8(_)));
+        self.bounds = Bounds::RangeWithout;
+        self.numbers = [u32::from_le_bytes(bytes), 0];
+        self
+    }
+
+    const fn one_of(mut self, choice: Choice) -> Self {
+        self.bounds = Bounds::OneOf(choice);
         self
     }
 
@@ -333,6 +370,27 @@ impl Entry {
     const fn doc(mut self, doc: &'static str) -> Self {
         self.doc = Text::new(doc);
         self
+    }
+
+    /// What may be written.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        match self.bounds {
+            Bounds::Any => Limits::Any,
+            Bounds::Range => {
+                let [low, high] = self.numbers;
+                let number = |raw| Value::from_raw(self.data_type(), raw);
+                // Text has no range.
+                number(low)
+                    .zip(number(high))
+                    .map_or(Limits::Any, |(low, high)| Limits::Range(low, high))
+            }
+            Bounds::RangeWithout => {
+                let [bytes, _] = self.numbers;
+                Limits::RangeWithout(bytes.to_le_bytes().map(Value::U8))
+            }
+            Bounds::OneOf(choice) => Limits::OneOf(choice.values()),
+        }
     }
 
     /// The type of its value.
@@ -568,8 +626,8 @@ mod tests {
     #[test]
     fn defaults_lie_within_their_limits() {
         for (address, entry) in settings() {
-            assert_eq!(entry.limits.check(entry.default), Ok(()), "{address:?}");
-            if let Limits::OneOf(values) = entry.limits {
+            assert_eq!(entry.limits().check(entry.default), Ok(()), "{address:?}");
+            if let Limits::OneOf(values) = entry.limits() {
                 assert!(
                     values
                         .is_sorted_by(|a, b| a.compare(*b).is_some_and(core::cmp::Ordering::is_lt))
@@ -581,7 +639,7 @@ mod tests {
     #[test]
     fn values_beyond_the_limits_have_their_abort_codes() {
         let limits =
-            Limits::RangeWithout(&[Value::U8(1), Value::U8(255), Value::U8(128), Value::U8(254)]);
+            Limits::RangeWithout([Value::U8(1), Value::U8(255), Value::U8(128), Value::U8(254)]);
         assert_eq!(limits.check(Value::U8(0)), Err(AbortCode::InvalidValue));
         assert_eq!(limits.check(Value::U8(128)), Err(AbortCode::InvalidValue));
         assert_eq!(limits.check(Value::U8(255)), Ok(()));

@@ -3,7 +3,7 @@
 use estimator_core::Learnt;
 
 use super::settings::LEARNT;
-use super::{Access, Entry, Limits, Object, Role, Shape, Text, index};
+use super::{Access, Bounds, Entry, Object, Role, Shape, Text, index};
 use crate::counter::Counter;
 use crate::value::Value;
 
@@ -55,7 +55,7 @@ const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
             subindex: 3 + i as u8,
             role: Role::Live,
             access: Access::Ro,
-            limits: Limits::Any,
+            bounds: Bounds::Any,
             ..LEARNT[i]
         };
         i += 1;

@@ -5,9 +5,17 @@ use estimator_core::{
     AccelerometerCorrection, AttitudeParams, Learning, Learnt, Params, PerAxis, WindowLength,
 };
 
-use super::{Entry, Limits, Object, Shape, Text, index};
+use super::{Choice, Entry, Object, Shape, Text, index};
 use crate::foot::Foot;
 use crate::value::Value;
+
+/// kbit/s, in ascending order.
+pub(super) const CAN_BIT_RATES: &[Value] = &[
+    Value::U16(125),
+    Value::U16(250),
+    Value::U16(500),
+    Value::U16(1000),
+];
 
 const MEANING_OF_FOOT: &str = "1 FL, 2 FR, 3 RL, 4 RR, 5 L, 6 R; a label for people and files, and the node id where none is set";
 const RESTART: &str = "takes effect with the next reset of the node or of its communication";
@@ -187,12 +195,7 @@ pub(super) const OBJECTS: &[Object] = &[
         shape: Shape::Var,
         doc: Text::new("0: that of the foot, 0x10 + 0x2000; 255: none, waits for LSS"),
         entries: &[Entry::setting(0, "Node id", Value::U8(0))
-            .limits(Limits::RangeWithout(&[
-                Value::U8(0),
-                Value::U8(255),
-                Value::U8(128),
-                Value::U8(254),
-            ]))
+            .range_without([0, 255, 128, 254])
             .doc(RESTART)],
     },
     Object {
@@ -203,12 +206,7 @@ pub(super) const OBJECTS: &[Object] = &[
             "125, 250, 500 or 1000; what is sent must not take more than three quarters of it",
         ),
         entries: &[Entry::setting(0, "CAN bit rate", Value::U16(1000))
-            .limits(Limits::OneOf(&[
-                Value::U16(125),
-                Value::U16(250),
-                Value::U16(500),
-                Value::U16(1000),
-            ]))
+            .one_of(Choice::CanBitRate)
             .unit("kbit/s")
             .doc(RESTART)],
     },

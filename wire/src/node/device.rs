@@ -225,14 +225,14 @@ impl Objects for Device {
                 self.write_setting(address, Value::U32(id))?;
             }
             Role::Input => {
-                entry.limits.check(value)?;
+                entry.limits().check(value)?;
                 if let Value::F32(load) = value {
                     self.take_load(Load(load));
                     self.event = Some(Event::Load(Load(load)));
                 }
             }
             Role::Command => {
-                entry.limits.check(value)?;
+                entry.limits().check(value)?;
                 return self.run_command(address, value);
             }
             Role::Constant | Role::CobId | Role::Process | Role::Live => {

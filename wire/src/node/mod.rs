@@ -333,10 +333,10 @@ impl Node {
 
     fn note(&mut self, fault: Fault, detail: u32) {
         self.device.faults = self.device.faults.with(fault);
-        self.device.history.rotate_right(1);
-        if let Some(newest) = self.device.history.first_mut() {
-            *newest = u32::from(fault.code()) | u32::from(fault.number()) << 16;
-        }
+        // Each moves down by one, the oldest out of it.
+        let newest = u32::from(fault.code()) | u32::from(fault.number()) << 16;
+        let history = self.device.history.iter_mut();
+        history.fold(newest, |moved, entry| core::mem::replace(entry, moved));
         if let Some(place) = self.details.get_mut(usize::from(fault.number())) {
             *place = detail;
         }

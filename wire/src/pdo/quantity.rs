@@ -76,7 +76,8 @@ impl Quantity {
         Self::in_steps(value, step as f32)
     }
 
-    fn in_steps(value: f32, step: f32) -> Self {
+    /// As [`new`](Self::new), of a step that is an f32 already.
+    pub(super) fn in_steps(value: f32, step: f32) -> Self {
         if value.is_nan() {
             return Self::NONE;
         }

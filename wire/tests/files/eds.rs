@@ -147,7 +147,7 @@ fn write_value(eds: &mut String, entry: &Entry) {
         _ => number(entry.default),
     };
     let _ = writeln!(eds, "DefaultValue={default}");
-    if let Some((low, high)) = entry.limits.range() {
+    if let Some((low, high)) = entry.limits().range() {
         let _ = writeln!(eds, "LowLimit={}\nHighLimit={}", number(low), number(high));
     }
     let _ = writeln!(eds, "PDOMapping={}", u8::from(entry.is_mappable()));

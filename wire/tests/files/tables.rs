@@ -132,15 +132,15 @@ fn default(entry: &Entry) -> String {
 }
 
 fn allowed(entry: &Entry) -> String {
-    match entry.limits {
+    match entry.limits() {
         Limits::Any => String::new(),
         Limits::Range(low, high) => format!("{} to {}", number(low), number(high)),
         Limits::RangeWithout([low, high, from, to]) => format!(
             "{} to {}, not {} to {}",
-            number(*low),
-            number(*high),
-            number(*from),
-            number(*to)
+            number(low),
+            number(high),
+            number(from),
+            number(to)
         ),
         Limits::OneOf(values) => values
             .iter()
