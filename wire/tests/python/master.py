@@ -15,6 +15,8 @@ FOOT = 0x11
 MOVED = 0x22
 SERIAL = 0xC0FFEE
 
+ANSWER_LIMIT_S = 3.0
+
 NOT_BY_STATE = 0x08000022
 LOCKED = 0x08000021
 WRONG_SIGNATURE = 0x08000020
@@ -46,6 +48,10 @@ def write(node, index, sub, data):
 
 def finds_the_node(network):
     network.scanner.search(limit=0x30)
+    deadline = time.monotonic() + ANSWER_LIMIT_S
+    while not network.scanner.nodes and time.monotonic() < deadline:
+        time.sleep(0.05)
+    # Time for a second node to answer, of which there is none.
     time.sleep(0.3)
     assert network.scanner.nodes == [FOOT], network.scanner.nodes
 
@@ -236,6 +242,8 @@ def is_given_another_id(network, node):
 
 
 def main(tty, eds):
+    # A busy host is no fault of the foot: what python-canopen waits for an answer by default is 0.3 s.
+    canopen.sdo.SdoClient.RESPONSE_TIMEOUT = ANSWER_LIMIT_S
     network = canopen.Network()
     network.connect(
         interface="slcan", channel=tty, bitrate=1_000_000, sleep_after_open=0.0
