@@ -262,6 +262,10 @@ impl AttitudeFilter {
             let correction = self.inclination.correct(force_world, noise, step.seconds);
             self.orientation = correction.apply(self.orientation);
             self.quietness.turn_frame(correction);
+            if self.alignment == Alignment::Aligned && !self.bias.is_known() {
+                let turn = self.orientation.conjugate().rotate(correction.vector());
+                self.bias.follow(turn);
+            }
         }
         if self.inclination.has_settled(step.seconds) {
             self.alignment = Alignment::Aligned;
@@ -322,7 +326,8 @@ impl AttitudeFilter {
         self.orientation
     }
 
-    /// Estimated gyroscope bias, rad/s. Zero until the sensor has been at rest.
+    /// Estimated gyroscope bias, rad/s. Until the sensor has been at rest, that part of it by which the
+    /// inclination has had to be corrected.
     #[must_use]
     pub const fn gyro_bias(&self) -> AngularRate {
         AngularRate(self.bias.bias())

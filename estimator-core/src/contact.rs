@@ -156,7 +156,7 @@ impl Pipeline<AnyRing> {
             _ => self.push_doubt(validity),
         };
         if let Some(before) = before {
-            probabilities = self.stillness.hold(&before);
+            probabilities = probabilities.no_higher_than(&before);
         }
         if self.method == Method::SelfCalibrating && !self.stillness.is_settled() {
             flags = flags.with(Flag::Settling);
@@ -209,21 +209,21 @@ impl Pipeline<AnyRing> {
         }
     }
 
-    /// What was not seen. Returns the probabilities before it, which those after it may not exceed. A
-    /// short gap changes nothing else; a longer one counts like samples that cannot be believed, at
-    /// most a few windows of them, so the cost is bounded, and per period of time it is O(1).
+    /// What was not seen. Returns the probabilities that those of the next sample may not exceed: what
+    /// the samples before a short gap gave, which changes nothing else. A longer one counts like samples
+    /// that cannot be believed, at most a few windows of them, so the cost is bounded, and per period of
+    /// time it is O(1); what is left then is the limit.
     #[inline(never)]
     fn account_for(&mut self, missing: u64) -> Option<Probabilities> {
         match self.method {
             Method::SelfCalibrating => {
-                let before = self.stillness.probabilities();
                 if missing.saturating_mul(self.period_us) > BRIDGED_US {
                     let most = GAP_WINDOWS * self.stillness.window();
                     for _ in 0..missing.min(most.into()) {
                         self.stillness.push_doubt();
                     }
                 }
-                Some(before)
+                Some(self.stillness.probabilities())
             }
             Method::HalfWidths if missing + 1 >= self.density.window_length() as u64 => {
                 // Nothing in the window is recent.
@@ -464,13 +464,14 @@ mod tests {
     fn bridging_never_raises_the_probability() {
         let mut estimator = estimator(&GRAVITY_FREE);
         let mut before = 0.0;
-        for k in 0..2_000_u64 {
-            // Swings, lands and rests again and again, and loses up to ten samples in between.
+        for k in 0..4_000_u64 {
+            // Swings, lands and rests again and again, and loses up to thirty samples before every
+            // second one.
             let push = if k % 300 < 150 { 8.0 } else { 0.0 };
-            let gap = k * 7919 % 11;
+            let gap = k / 2 * 7919 % 16;
             let sample = ImuSample {
                 specific_force: SpecificForce(Vec3::new(push, 0.0, 0.0)),
-                ..at_rest(k * 15_000 + gap * 1000)
+                ..at_rest((k / 2 * 17 + gap + k % 2) * 1000)
             };
             let after = estimator.update(&sample, None);
             if after.flags.contains(Flag::TimeGap) {

@@ -408,6 +408,19 @@ mod tests {
     #[test]
     fn a_number_out_of_its_range_is_refused_with_the_name_of_its_field() {
         type Set = fn(&mut Params, f32);
+        const APART: Classes = Classes {
+            still: -1.0,
+            moving: 1.0,
+            width: 0.5,
+        };
+        const LEARNT: Learnt = Learnt {
+            acceleration: APART,
+            rate: APART,
+            velocity: APART,
+            still_seconds: 1.0,
+            moving_seconds: 1.0,
+            idle_seconds: 0.0,
+        };
         // Each field with a value that is just too small and one that is just too large.
         let fields: [(&str, Set, f32, f32); 20] = [
             ("sample_rate", |p, v| p.sample_rate = v, 19.9, 10_001.0),
@@ -449,11 +462,8 @@ mod tests {
                 "learnt.rate.width",
                 |p, v| {
                     p.learnt = Some(Learnt {
-                        rate: Classes {
-                            width: v,
-                            ..Classes::default()
-                        },
-                        ..Learnt::default()
+                        rate: Classes { width: v, ..APART },
+                        ..LEARNT
                     });
                 },
                 -0.1,
@@ -464,7 +474,7 @@ mod tests {
                 |p, v| {
                     p.learnt = Some(Learnt {
                         moving_seconds: v,
-                        ..Learnt::default()
+                        ..LEARNT
                     });
                 },
                 -0.1,

@@ -13,6 +13,9 @@
 //! for minutes and twice as long as all rest before it. It costs heading, which is not observed
 //! anyway, and not inclination.
 //!
+//! A foot that walks before it has ever rested, as after a dip of its supply, learns from the corrections
+//! of its inclination: a bias has to be corrected by again and again, an impact is not. Rest replaces that.
+//!
 //! At the first rest after power-up nothing is known, and what the gyroscope shows is believed up
 //! to [`RestParams::bias_limit`]. More than that is rather a turn, but one that stays the same for
 //! minutes is a bias after all.
@@ -69,6 +72,10 @@ const KNOWN_AFTER: f32 = 0.5;
 /// A foot that has not moved since the first sample is at rest after this long, s: no stance begins
 /// so. Until the bias is known it tilts what is taken for up, by a degree in half a second.
 const REST_FROM_THE_START: f32 = 0.5;
+
+/// Time constant, s, with which the bias of a foot that has never rested follows the corrections of its
+/// inclination: twice that of the corrections in motion, so that the two together do not swing.
+const UNRESTED_TIME_CONSTANT: f32 = 10.0;
 
 /// Whether the sensor has moved since the first sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -281,7 +288,22 @@ impl BiasEstimator {
         }
     }
 
-    /// The estimated bias, rad/s; zero until there has been rest.
+    /// Whether the bias rests on rest.
+    pub(crate) fn is_known(&self) -> bool {
+        self.learnt > 0.0
+    }
+
+    /// Before there has been rest: takes in the turn, rad, sensor frame, by which the inclination was just
+    /// corrected. What it has to be corrected by again and again is the bias, up to the limit of what is
+    /// believed.
+    pub(crate) fn follow(&mut self, turn: Vec3) {
+        let limit = self.coefficients.bias_limit;
+        let bias = self.bias - turn * (1.0 / UNRESTED_TIME_CONSTANT);
+        let limited = |value: f32| value.greater(-limit).lesser(limit);
+        self.bias = Vec3::new(limited(bias.x), limited(bias.y), limited(bias.z));
+    }
+
+    /// The estimated bias, rad/s.
     pub(crate) const fn bias(&self) -> Vec3 {
         self.bias
     }

@@ -208,12 +208,6 @@ impl Stillness {
         self.learner.is_settled()
     }
 
-    /// Lowers the probabilities to those of `before`, where they are above.
-    pub fn hold(&mut self, before: &Probabilities) -> Probabilities {
-        self.probabilities = self.probabilities.no_higher_than(before);
-        self.probabilities
-    }
-
     /// Takes in one sample's motion, gravity, its [error](Self::gravity_error) and bias removed; `up`
     /// is the unit vector that points up, sensor frame.
     pub fn push(
@@ -344,7 +338,8 @@ impl Stillness {
         };
         let beyond_gravity = up * (length - STANDARD_GRAVITY);
         self.push(LinearAcceleration(beyond_gravity), rate, up);
-        self.hold(&UP_UNKNOWN)
+        self.probabilities = self.probabilities.no_higher_than(&UP_UNKNOWN);
+        self.probabilities
     }
 
     /// Takes in a sample that cannot be believed: it counts as one in motion, and teaches nothing.

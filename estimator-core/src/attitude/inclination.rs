@@ -194,9 +194,14 @@ impl Correction {
         turn.multiply(orientation).renormalised()
     }
 
+    /// The turn as a vector, rad, world frame.
+    pub(super) const fn vector(self) -> Vec3 {
+        Vec3::new(self.x, self.y, 0.0)
+    }
+
     /// A world-frame vector after the turn, to first order.
     pub(super) fn turn(self, vector: Vec3) -> Vec3 {
-        vector + Vec3::new(self.x, self.y, 0.0).cross(vector)
+        vector + self.vector().cross(vector)
     }
 }
 

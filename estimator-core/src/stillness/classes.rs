@@ -222,7 +222,12 @@ impl Learnt {
         let quantities = [self.acceleration, self.rate, self.velocity];
         for ([still, moving, width], classes) in names.into_iter().zip(quantities) {
             in_range(still, classes.still, least, largest)?;
-            in_range(moving, classes.moving, classes.still, largest)?;
+            in_range(
+                moving,
+                classes.moving,
+                classes.still + LEAST_DISTANCE,
+                largest,
+            )?;
             in_range(width, classes.width, 0.0, largest)?;
         }
         in_range(
@@ -419,8 +424,8 @@ pub(super) struct Learner {
 }
 
 /// A foot that has been still for more than this share of the last seconds finds hardly any motion:
-/// it stands, or takes its swing for a stance.
-const HARDLY_ANY_MOTION: f32 = 0.85;
+/// it stands, or takes its swing for a stance, as after a trot, whose motion was larger.
+const HARDLY_ANY_MOTION: f32 = 0.7;
 
 /// Time constant of the share of stillness, s: two strides.
 const SHARE_TIME: f32 = 2.0;

@@ -1,0 +1,310 @@
+//! A foot in closed form, which shares nothing with `footfall::gait`: its gait, its sensor, and how
+//! right an estimator is about it.
+
+use std::f64::consts::TAU;
+
+use estimator_core::{
+    AngularRate, ContactEstimate, ContactEstimator, Decision, Gravity, ImuSample, Learnt, Params,
+    SpecificForce, Timestamp, Validity, Vec3,
+};
+use host_tests::changed::Chance;
+
+pub const GRAVITY: f64 = 9.806_65;
+
+/// Noise of the sensor, m/s² and rad/s.
+pub const NOISE: (f64, f64) = (0.02, 0.0012);
+
+/// A stance is checked from so long after its touchdown, s, when no ringing of it is left.
+pub const SETTLED: f64 = 0.12;
+
+/// Of a swing its first moments are left out, s: a probability needs some to fall.
+pub const LIFTED: f64 = 0.015;
+
+/// Steps after which a foot has to be told right again.
+pub const STEPS: f64 = 10.0;
+
+/// A gait in the sagittal plane. It begins with a touchdown.
+#[derive(Clone, Copy, Debug)]
+pub struct Gait {
+    /// Duration of a stride, s.
+    pub stride: f64,
+    /// Share of it that is stance.
+    pub duty: f64,
+    /// Length and height of a step, m.
+    pub length: f64,
+    pub height: f64,
+    /// How far the foot pitches in its swing, rad.
+    pub pitch: f64,
+    /// What a landing begins to ring with, m/s², at which frequency, Hz, and how soon it fades, s.
+    pub impact: f64,
+    pub ring: f64,
+    pub fade: f64,
+    /// What the stances shake with, m/s², and at which frequency, Hz.
+    pub shake: f64,
+    pub shake_hertz: f64,
+    /// Where in the stride it begins, 0 to 1.
+    pub phase: f64,
+}
+
+impl Gait {
+    /// At a person's pace.
+    pub const WALK: Self = Self {
+        stride: 0.9,
+        duty: 0.6,
+        length: 0.5,
+        height: 0.08,
+        pitch: 0.4,
+        impact: 40.0,
+        ring: 60.0,
+        fade: 0.012,
+        shake: 0.15,
+        shake_hertz: 17.0,
+        phase: 0.0,
+    };
+
+    /// The same steps in less time.
+    pub const TROT: Self = Self {
+        stride: 0.6,
+        ..Self::WALK
+    };
+
+    /// Stands all the time.
+    pub const STANDING: Self = Self {
+        duty: 1.0,
+        impact: 0.0,
+        shake: 0.0,
+        ..Self::WALK
+    };
+
+    /// Time since touchdown, or since lift-off, at a time in s.
+    pub fn part(&self, time: f64) -> Part {
+        let phase = (time / self.stride + self.phase).rem_euclid(1.0);
+        if phase < self.duty {
+            Part::Stance(phase * self.stride)
+        } else {
+            Part::Swing((phase - self.duty) * self.stride)
+        }
+    }
+
+    /// Acceleration forwards and upwards, m/s²; pitch, rad, and its rate, rad/s.
+    pub fn motion(&self, time: f64) -> (f64, f64, f64, f64) {
+        match self.part(time) {
+            Part::Stance(since) => {
+                let landing = self.impact * (-since / self.fade).exp();
+                let shake = TAU * self.shake_hertz * time;
+                (
+                    0.6 * landing * (0.8 * TAU * self.ring * since).sin()
+                        + 0.5 * self.shake * shake.sin(),
+                    landing * (TAU * self.ring * since).cos() + self.shake * (1.3 * shake).cos(),
+                    0.0,
+                    0.0,
+                )
+            }
+            Part::Swing(since) => {
+                let swing = self.stride * (1.0 - self.duty);
+                let turn = TAU * since / swing;
+                let pitch = |turn: f64| 0.5 * self.pitch * (1.0 - turn.cos()) * (0.5 * turn).cos();
+                let step = 1.0e-5;
+                let rate = (pitch(turn + step) - pitch(turn - step)) / (2.0 * step) * TAU / swing;
+                (
+                    self.length * TAU / (swing * swing) * turn.sin(),
+                    0.5 * self.height * (TAU / swing).powi(2) * turn.cos(),
+                    pitch(turn),
+                    rate,
+                )
+            }
+        }
+    }
+}
+
+/// What a foot does, and since when, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    Stance(f64),
+    Swing(f64),
+}
+
+/// What the sensor measured, and what the foot did.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    pub time: f64,
+    pub force: [f64; 3],
+    pub rate: [f64; 3],
+    pub part: Part,
+}
+
+/// A foot's samples, with the sensor's noise; each is the mean over its period.
+pub fn measured(gait: &Gait, rate: f64, seconds: f64, gravity: Gravity) -> Vec<Sample> {
+    let mut chance = Chance::new(7);
+    let instants = (8000.0 / rate).max(4.0) as usize;
+    let down = match gravity {
+        Gravity::Included => GRAVITY,
+        Gravity::Removed => 0.0,
+    };
+    (0..(seconds * rate) as usize)
+        .map(|k| {
+            let (mut force, mut turn) = ([0.0; 3], 0.0);
+            for instant in 0..instants {
+                let time = (k as f64 + (instant as f64 + 0.5) / instants as f64) / rate;
+                let (along, up, pitch, pitch_rate) = gait.motion(time);
+                let (sine, cosine) = pitch.sin_cos();
+                force[0] += cosine * along - sine * (up + down);
+                force[2] += sine * along + cosine * (up + down);
+                turn += pitch_rate;
+            }
+            let share = 1.0 / instants as f64;
+            let mut noisy = |value: f64, noise: f64| value * share + noise * chance.gaussian();
+            let time = (k + 1) as f64 / rate;
+            Sample {
+                time,
+                force: force.map(|value| noisy(value, NOISE.0)),
+                rate: [0.0, turn, 0.0].map(|value| noisy(value, NOISE.1)),
+                part: gait.part(time),
+            }
+        })
+        .collect()
+}
+
+/// With a bias of the accelerometer, m/s², and of the gyroscope, rad/s.
+pub fn biased(samples: &[Sample], force: [f64; 3], rate: [f64; 3]) -> Vec<Sample> {
+    let mut samples = samples.to_vec();
+    for sample in &mut samples {
+        for axis in 0..3 {
+            sample.force[axis] += force[axis];
+            sample.rate[axis] += rate[axis];
+        }
+    }
+    samples
+}
+
+/// Of a sensor that is mounted turned about an axis, by an angle in rad.
+pub fn mounted(samples: &[Sample], axis: [f64; 3], angle: f64) -> Vec<Sample> {
+    let length = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let [x, y, z] = axis.map(|x| x / length);
+    let (sine, cosine) = angle.sin_cos();
+    let turned = |v: [f64; 3]| {
+        let along = (v[0] * x + v[1] * y + v[2] * z) * (1.0 - cosine);
+        let cross = [
+            y * v[2] - z * v[1],
+            z * v[0] - x * v[2],
+            x * v[1] - y * v[0],
+        ];
+        let axis = [x, y, z];
+        std::array::from_fn(|k| v[k] * cosine + cross[k] * sine + axis[k] * along)
+    };
+    let mut samples = samples.to_vec();
+    for sample in &mut samples {
+        sample.force = turned(sample.force);
+        sample.rate = turned(sample.rate);
+    }
+    samples
+}
+
+pub fn vector(values: [f64; 3]) -> Vec3 {
+    let [x, y, z] = values.map(|value| value as f32);
+    Vec3::new(x, y, z)
+}
+
+pub fn params(rate: f64, gravity: Gravity) -> Params {
+    Params {
+        sample_rate: rate as f32,
+        gravity,
+        ..Params::DEFAULT
+    }
+}
+
+/// An estimator and its clock.
+pub struct Foot {
+    pub estimator: Box<ContactEstimator<64>>,
+    pub period: u64,
+    pub now: u64,
+}
+
+impl Foot {
+    pub fn new(params: &Params) -> Self {
+        // The window of the paper's method, which nothing here uses.
+        let params = Params {
+            window: estimator_core::WindowLength::Samples(50),
+            ..*params
+        };
+        Self {
+            estimator: Box::new(ContactEstimator::new(&params.validate().expect("in range"))),
+            period: (1.0e6 / f64::from(params.sample_rate)).round() as u64,
+            now: 0,
+        }
+    }
+
+    /// One sample, so many µs after the one before.
+    pub fn after(&mut self, micros: u64, sample: &Sample, validity: Validity) -> ContactEstimate {
+        self.now = self.now.wrapping_add(micros);
+        let imu = ImuSample {
+            timestamp: Timestamp::from_micros(self.now),
+            specific_force: SpecificForce(vector(sample.force)),
+            angular_rate: AngularRate(vector(sample.rate)),
+            validity,
+        };
+        self.estimator.update(&imu, None)
+    }
+
+    /// Samples at the period that the estimator knows.
+    pub fn measures(&mut self, samples: &[Sample]) -> Vec<ContactEstimate> {
+        let period = self.period;
+        let valid = |sample| self.after(period, sample, Validity::Valid);
+        samples.iter().map(valid).collect()
+    }
+
+    pub fn learnt(&mut self) -> Learnt {
+        self.estimator.finish();
+        self.estimator.learnt()
+    }
+}
+
+/// Shares of what is checked in a walk.
+#[derive(Clone, Copy, Debug)]
+pub struct Shares {
+    /// Of the stances: P > 0.5.
+    pub stance: f64,
+    /// Of the swings: P < 0.5.
+    pub swing: f64,
+    /// Of the swings: the decision is "stable".
+    pub wrongly_stable: f64,
+}
+
+/// The shares from a time in s on.
+pub fn shares(samples: &[Sample], estimates: &[ContactEstimate], from: f64) -> Shares {
+    let checked = |stance: bool| {
+        let pairs = samples.iter().zip(estimates);
+        pairs.filter(move |(sample, _)| {
+            sample.time >= from
+                && match sample.part {
+                    Part::Stance(since) => stance && since > SETTLED,
+                    Part::Swing(since) => !stance && since > LIFTED,
+                }
+        })
+    };
+    let share = |stance: bool, holds: &dyn Fn(&ContactEstimate) -> bool| {
+        let found = checked(stance).filter(|(_, estimate)| holds(estimate));
+        found.count() as f64 / checked(stance).count().max(1) as f64
+    };
+    Shares {
+        stance: share(true, &|e| e.probabilities.stable > 0.5),
+        swing: share(false, &|e| e.probabilities.stable < 0.5),
+        wrongly_stable: share(false, &|e| e.decision == Decision::Stable),
+    }
+}
+
+pub fn assert_told_right(name: &str, shares: Shares) {
+    println!("{name}: {shares:.3?}");
+    let right = shares.stance > 0.7 && shares.swing > 0.8 && shares.wrongly_stable < 0.1;
+    assert!(right, "{name}: {shares:.3?}");
+}
+
+/// A foot that goes through something and then walks: the shares from the eleventh step on.
+pub fn walk_after(params: &Params, before: &[Sample], gait: &Gait, steps: f64) -> Shares {
+    let rate = f64::from(params.sample_rate);
+    let walk = measured(gait, rate, (steps + STEPS) * gait.stride, params.gravity);
+    let mut foot = Foot::new(params);
+    foot.measures(before);
+    let estimates = foot.measures(&walk);
+    shares(&walk, &estimates, steps * gait.stride)
+}
