@@ -153,7 +153,9 @@ impl Stillness {
             sample_rate,
         } = config;
         let params = constants.params();
-        let share = |time_constant: f32| 1.0 - exp(-1.0 / (time_constant * sample_rate));
+        let share = |time_constant: f32| {
+            1.0 - exp(-1.0 / (time_constant * sample_rate).greater(parts::LEAST_WINDOW))
+        };
         let learner = LearnerCoefficients::new(constants, sample_rate);
         Self {
             learner: Learner::new(&learner, learnt),
@@ -315,12 +317,12 @@ impl Stillness {
         let still = heard(self.acceleration, &edges.acceleration)
             * heard(self.rate, &edges.rate)
             * heard(velocity, &edges.velocity);
-        let stable = still.lesser(no_slide);
+        let stable = still * no_slide;
         // A part that is not due may lag behind, and is never less still than the whole.
         let (tangential, vertical, axes) = self.parts.probabilities();
         Probabilities {
             axes: axes.map(|p| p.greater(stable)),
-            tangential: tangential.lesser(no_slide).greater(stable),
+            tangential: (tangential * no_slide).greater(stable),
             vertical: vertical.greater(stable),
             stable,
         }

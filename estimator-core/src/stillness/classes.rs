@@ -21,7 +21,7 @@
 //!   part of the way to motion.
 //! * A foot that finds no stillness for longer grows its still class back to the prior, never beyond:
 //!   so what another robot has taught cannot keep this one from being found still. And one that finds
-//!   hardly any motion shrinks both classes back to the prior, where they are larger.
+//!   hardly any motion shrinks both classes back to near the prior, where they are larger.
 //! * What was learnt before a start weighs like a few steps, so that some steps more can outweigh it.
 //!
 //! [`StillnessParams::stance`]: super::StillnessParams::stance
@@ -31,6 +31,10 @@ use super::params::{Constants, QuantityParams};
 use crate::logarithm::exp;
 use crate::order::Order;
 use crate::params::{ParamsError, in_range};
+
+/// A foot that finds hardly any motion keeps classes that are above the prior by no more than this, of
+/// the logarithm: a factor of 1.5.
+const MARGIN: f32 = 0.4;
 
 /// Least distance between the classes, of the logarithm.
 const LEAST_DISTANCE: f32 = 0.3;
@@ -94,9 +98,9 @@ impl Classes {
                 self.width += share * (prior.width - self.width).greater(0.0);
             }
             Relaxation::Shrink => {
-                self.still += share * (prior.still - self.still).lesser(0.0);
+                self.still += share * (prior.still + MARGIN - self.still).lesser(0.0);
                 self.width += share * (prior.width - self.width).lesser(0.0);
-                self.moving += share * (prior.moving - self.moving).lesser(0.0);
+                self.moving += share * (prior.moving + MARGIN - self.moving).lesser(0.0);
             }
         }
     }

@@ -10,6 +10,7 @@ use super::classes::{Edge, PerQuantity, QuantityCoefficients};
 use super::{heard, mass_of};
 use crate::axis::PerAxis;
 use crate::logarithm::exp;
+use crate::order::Order;
 use crate::vector::Vec3;
 
 /// From this sample rate on, Hz, parts take turns.
@@ -123,6 +124,9 @@ pub(super) struct Parts {
     schedule: Schedule,
 }
 
+/// Least time constant of a mean, samples: at 100 Hz less than one would be the newest sample alone.
+pub(super) const LEAST_WINDOW: f32 = 2.0;
+
 /// When which part is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Schedule {
@@ -135,7 +139,10 @@ enum Schedule {
 impl Parts {
     /// Means over the time constant `window`, s, at a sample rate in Hz.
     pub fn new(window: f32, sample_rate: f32) -> Self {
-        let share = |samples: u32| 1.0 - exp(-(samples as f32) / (window * sample_rate));
+        let share = |samples: u32| {
+            let window = (window * sample_rate).greater(LEAST_WINDOW);
+            1.0 - exp(-(samples as f32) / window)
+        };
         let by_turns = sample_rate >= TURNS_FROM;
         let (direction, axis) = match by_turns {
             true => (DIRECTION_TURN, AXIS_TURN),

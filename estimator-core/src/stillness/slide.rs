@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! v ← v + a·dt − v·dt/τ,  |v| limited
-//! P(slide) = 1 / (1 + (|v|/s)⁴)
+//! P(no slide) = 1 / (1 + 0.7 r + 0.3 r²),  r = (|v|/s)²
 //! ```
 //!
 //! where s is [`SlideParams::speed`], or more for a foot that rolls in its stances: a lever times the
@@ -23,6 +23,10 @@ use crate::vector::Vec3;
 /// Samples at a lower rate are not summed up, Hz: a landing rings at up to 80 Hz, and of what lies
 /// above half the sample rate a sum of samples is no speed.
 pub const SLOWEST_RATE: f32 = 400.0;
+
+/// How much of the doubt grows with the square of the speed, and so begins below the limit; the rest
+/// grows with its fourth power.
+const BELOW: f32 = 0.7;
 
 /// The speed along the ground.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +81,6 @@ impl Slide {
     /// The probability that the foot does not slide.
     pub fn probability(&self) -> f32 {
         let ratio = self.speed.dot(self.speed) / self.limit_squared;
-        1.0 / (1.0 + ratio * ratio)
+        1.0 / (1.0 + ratio * (BELOW + (1.0 - BELOW) * ratio))
     }
 }
