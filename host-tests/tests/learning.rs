@@ -22,9 +22,6 @@ const GRAVITY: f32 = 9.806_65;
 /// Of the walk, after which the estimate has to be right.
 const STEPS: usize = 10;
 
-/// The same after minutes in which one axis was stuck: two strides more.
-const STEPS_AFTER_A_STUCK_AXIS: usize = STEPS + 2;
-
 /// Of the whole walk, s: ten steps of 0.9 s, and as many that are checked.
 const WALK_SECONDS: f64 = 22.0;
 
@@ -264,8 +261,7 @@ fn a_foot_of_which_an_axis_was_stuck() {
         let stuck = changed(&long, |sample| stick(&mut sample.imu));
         let before = stuck.samples.iter().map(|sample| sample.imu);
         let recording = after_samples(before, &walk.recording);
-        let steps = STEPS_AFTER_A_STUCK_AXIS;
-        wrong.extend(walk_after(name, &recording, &walk, &Params::DEFAULT, steps));
+        wrong.extend(walk_after(name, &recording, &walk, &Params::DEFAULT, STEPS));
     }
     assert_nothing_wrong(&wrong);
 }

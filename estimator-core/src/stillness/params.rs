@@ -261,7 +261,7 @@ impl StillnessParams {
         memory: 8.0,
         stance: 0.23,
         motion: 1.67,
-        relaxation: 3.0,
+        relaxation: 2.0,
         slide: SlideParams {
             speed: 0.003,
             lever: 0.35,
