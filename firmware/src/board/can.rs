@@ -2,15 +2,13 @@
 
 use core::future::{Future, pending, poll_fn};
 use core::mem;
-use core::num::{NonZeroU8, NonZeroU16};
 use core::ops::Range;
 use core::pin::pin;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use embassy_futures::select::select3;
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
-use embassy_stm32::can::util::NominalBitTiming;
 use embassy_stm32::can::{
     Can, CanRx, CanTx, Fifo, Mailbox, Rx0InterruptHandler, Rx1InterruptHandler,
     SceInterruptHandler, StandardId, TxInterruptHandler,
@@ -68,16 +66,8 @@ impl Parts {
         ] {
             irq.set_priority(COMMUNICATION_PRIORITY);
         }
-        // Errors are looked at (`bus_state`), not told: on a broken bus there are thousands a second.
-        CAN1.ier().modify(|w| {
-            w.set_lecie(false);
-            w.set_ewgie(false);
-            w.set_epvie(false);
-            w.set_bofie(false);
-            // Only while somebody waits for it ([`Sender::freed`]).
-            w.set_tmeie(false);
-        });
-        listen_to_masters(&mut can);
+        // Only while somebody waits for it ([`Sender::freed`]).
+        tell_of_empty_mailboxes(false);
         let (sender, receiver) = can.split();
         let mut control = Control(can);
         control.set_bit_rate(bit_rate);
@@ -110,28 +100,62 @@ fn listen_to_masters(can: &mut Can) {
 
 impl Control {
     /// Leaves the bus and joins it again at `bit_rate`, one of 125, 250, 500 and 1000 kbit/s.
+    ///
+    /// Where the bus is never idle it is not joined, which [`bus_state`] reports; this does not wait
+    /// for it. The HAL would wait, for ever where the bus is shorted, both to leave and to join.
     pub fn set_bit_rate(&mut self, bit_rate: u32) {
+        if !initialise() {
+            // A reset of the controller waits for nothing on the bus (RM0090, CAN_MCR.RESET).
+            CAN1.mcr().write(|w| w.set_reset(true));
+            if !initialise() {
+                return;
+            }
+        }
+        // Receiving changes the same register from its interrupt.
+        critical_section::with(|_| {
+            // Errors are looked at (`bus_state`): on a broken bus there are thousands a second.
+            CAN1.ier().modify(|w| {
+                w.set_fmpie(0, true);
+                w.set_fmpie(1, true);
+                w.set_lecie(false);
+                w.set_ewgie(false);
+                w.set_epvie(false);
+                w.set_bofie(false);
+            });
+        });
+        listen_to_masters(&mut self.0);
         // Twenty quanta a bit, sampled after the seventeenth: 85 %.
         const CLOCK: u32 = 40_000_000;
-        let timing = NominalBitTiming {
-            prescaler: quotient(CLOCK, 20 * bit_rate),
-            seg1: const { NonZeroU8::new(16).unwrap() },
-            seg2: const { NonZeroU8::new(3).unwrap() },
-            sync_jump_width: const { NonZeroU8::new(2).unwrap() },
-        };
-        self.0.modify_config().set_bit_timing(timing);
-        // Awake, and back by itself after bus-off. The HAL's `enable` would do the same and then
-        // keep its executor busy until the bus is idle, for ever where it is shorted.
+        let prescaler = CLOCK.checked_div(20 * bit_rate).unwrap_or(1);
+        CAN1.btr().write(|w| {
+            w.set_brp((prescaler as u16).wrapping_sub(1));
+            w.set_ts(0, 16 - 1);
+            w.set_ts(1, 3 - 1);
+            w.set_sjw(2 - 1);
+        });
         CAN1.mcr().modify(|w| {
+            // Back by itself after bus-off.
             w.set_abom(true);
-            w.set_sleep(false);
+            // Set by the HAL; the errata sheet of the F42x wants it clear.
+            w.set_ttcm(false);
+            w.set_inrq(false);
         });
     }
 }
 
-fn quotient(dividend: u32, divisor: u32) -> NonZeroU16 {
-    let quotient = dividend.checked_div(divisor).unwrap_or(1);
-    NonZeroU16::new(quotient as u16).unwrap_or(NonZeroU16::MIN)
+/// Has the controller leave the bus, after the frame that is on it: false where it does not within
+/// 4 ms, several times the longest frame at 125 kbit/s.
+fn initialise() -> bool {
+    /// Each takes at least 12 cycles of 160 MHz.
+    const POLLS: u32 = 60_000;
+    CAN1.mcr().modify(|w| {
+        w.set_sleep(false);
+        w.set_inrq(true);
+    });
+    (0..POLLS).any(|_| {
+        let status = CAN1.msr().read();
+        status.inak() && !status.slak()
+    })
 }
 
 /// Puts a frame into an empty mailbox; of those that wait there, the controller sends the lowest
@@ -303,14 +327,24 @@ fn was_overrun() -> bool {
     overrun
 }
 
+/// How often [`bus_state`] found the controller outside the bus, in a row.
+static OUTSIDE: AtomicU8 = AtomicU8::new(0);
+
 /// What the controller thinks of the bus; all is well where there is none. From bus-off it comes
-/// back by itself, after 128 times 11 recessive bits.
+/// back by itself, after 128 times 11 recessive bits. To be asked once a tick: so many ticks after
+/// the start it has joined a bus on which frames end, else that counts as bus-off.
 pub fn bus_state() -> BusState {
+    const JOINING_TICKS: u8 = 20;
     if !STARTED.load(Ordering::Acquire) {
         return BusState::Active;
     }
+    let outside = match CAN1.msr().read().inak() {
+        true => OUTSIDE.load(Ordering::Relaxed).saturating_add(1),
+        false => 0,
+    };
+    OUTSIDE.store(outside, Ordering::Relaxed);
     let state = CAN1.esr().read();
-    if state.boff() {
+    if state.boff() || outside > JOINING_TICKS {
         BusState::Off
     } else if state.epvf() {
         BusState::Passive(state.rec(), state.tec())
