@@ -4,7 +4,7 @@ mod common;
 
 use common::product;
 use virtual_board::board::{Board, Fault};
-use virtual_board::part::can::BusFault;
+use virtual_board::part::can::{BusFault, Frame};
 use virtual_board::part::usart::TimedByte;
 use virtual_board::time::PER_SECOND;
 use wire::node::Command;
@@ -110,4 +110,28 @@ fn a_probe_that_is_pulled_does_not_stop_the_foot() {
     assert!(board.take_can().len() > 4_000);
     let logged = word(&mut board, WRITTEN);
     assert_ne!(logged, written, "nothing was logged, which is no test");
+}
+
+#[test]
+fn a_frame_whose_length_says_more_than_eight_bytes_has_eight_and_stops_nothing() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    board.run_for(300 * MILLISECOND).expect("it runs");
+    board.take_can();
+    for length in 9..=15 {
+        // A question for the vendor, in an SDO request that is longer than it can be.
+        let mut data = vec![0x40, 0x18, 0x10, 1];
+        data.resize(length, 0);
+        board.push_can(Frame {
+            id: 0x611,
+            extended: false,
+            remote: false,
+            data,
+        });
+        board.run_for(5 * MILLISECOND).expect("it runs");
+    }
+    assert_eq!(board.resets(), []);
+    let sent = board.take_can();
+    let answers = sent.iter().filter(|sent| sent.frame.id == 0x591).count();
+    assert_eq!(answers, 7);
 }

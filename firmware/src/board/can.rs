@@ -1,10 +1,10 @@
 //! CAN1 on PB8 (receive) and PB9 (transmit).
 
-use core::future::{Future, pending, poll_fn};
+use core::future::{pending, poll_fn};
 use core::mem;
 use core::ops::Range;
-use core::pin::pin;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use core::task::Poll;
 
 use embassy_futures::select::select3;
 
@@ -13,9 +13,10 @@ use embassy_stm32::can::{
     Can, CanRx, CanTx, Fifo, Mailbox, Rx0InterruptHandler, Rx1InterruptHandler,
     SceInterruptHandler, StandardId, TxInterruptHandler,
 };
-use embassy_stm32::interrupt::{self, InterruptExt};
+use embassy_stm32::interrupt::{self, InterruptExt, typelevel};
 use embassy_stm32::pac::{CAN1, GPIOB, can::regs, gpio::vals::Pupdr};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
+use embassy_sync::waitqueue::AtomicWaker;
 use firmware::ports::BusState;
 use wire::CanFrame;
 use wire::pdo::Pdo;
@@ -24,10 +25,25 @@ use super::COMMUNICATION_PRIORITY;
 
 bind_interrupts!(struct Irqs {
     CAN1_TX => TxInterruptHandler<peripherals::CAN1>;
-    CAN1_RX0 => Rx0InterruptHandler<peripherals::CAN1>;
+    // The first leaves nothing to do for the second, which the HAL wants.
+    CAN1_RX0 => Came, Rx0InterruptHandler<peripherals::CAN1>;
     CAN1_RX1 => Rx1InterruptHandler<peripherals::CAN1>;
     CAN1_SCE => SceInterruptHandler<peripherals::CAN1>;
 });
+
+/// Who waits for a frame.
+static FRAME_CAME: AtomicWaker = AtomicWaker::new();
+
+/// A frame came.
+struct Came;
+
+impl typelevel::Handler<typelevel::CAN1_RX0> for Came {
+    unsafe fn on_interrupt() {
+        // Until somebody waits for the next one.
+        CAN1.ier().modify(|w| w.set_fmpie(0, false));
+        FRAME_CAME.wake();
+    }
+}
 
 /// Whether the controller is there to be used.
 static STARTED: AtomicBool = AtomicBool::new(false);
@@ -47,7 +63,7 @@ pub struct Sender(CanTx<'static>);
 
 /// The receiving half.
 pub struct Receiver {
-    frames: CanRx<'static>,
+    _frames: CanRx<'static>,
     /// Whether one was lost since that was asked last.
     overrun: bool,
 }
@@ -73,7 +89,7 @@ impl Parts {
         control.set_bit_rate(bit_rate);
         STARTED.store(true, Ordering::Release);
         let receiver = Receiver {
-            frames: receiver,
+            _frames: receiver,
             overrun: false,
         };
         (control, Sender(sender), receiver)
@@ -116,7 +132,7 @@ impl Control {
             // Errors are looked at (`bus_state`): on a broken bus there are thousands a second.
             CAN1.ier().modify(|w| {
                 w.set_fmpie(0, true);
-                w.set_fmpie(1, true);
+                w.set_fmpie(1, false);
                 w.set_lecie(false);
                 w.set_ewgie(false);
                 w.set_epvie(false);
@@ -295,27 +311,39 @@ fn mailboxes() -> impl Iterator<Item = Mailbox> {
 impl Receiver {
     /// The next frame for this foot; remote and extended frames do not pass the filters.
     pub async fn receive(&mut self) -> CanFrame {
-        loop {
-            let mut reading = pin!(self.frames.read());
-            let read = poll_fn(|context| {
-                // Before the frame is taken: the HAL clears this with it, unread.
-                self.overrun |= was_overrun();
-                reading.as_mut().poll(context)
-            });
-            // An error is the bus's, not a frame's; `bus_state` tells about it.
-            let Ok(envelope) = read.await else {
-                continue;
-            };
-            if let Some(frame) = CanFrame::from_driver(&envelope.frame) {
-                return frame;
+        poll_fn(|context| {
+            FRAME_CAME.register(context.waker());
+            self.overrun |= was_overrun();
+            if let Some(frame) = take_frame() {
+                return Poll::Ready(frame);
             }
-        }
+            critical_section::with(|_| CAN1.ier().modify(|w| w.set_fmpie(0, true)));
+            Poll::Pending
+        })
+        .await
     }
 
     /// Whether a received frame was lost since this was asked last.
     pub fn take_overrun(&mut self) -> bool {
         mem::take(&mut self.overrun)
     }
+}
+
+/// The next frame of the FIFO. The HAL would panic at a length above eight, which any node may send: it
+/// stands for eight bytes (ISO 11898-1, DLC), and the controller passes it on as it is.
+fn take_frame() -> Option<CanFrame> {
+    let status = CAN1.rfr(0).read();
+    // One that is being released does not count.
+    if status.fmp() == 0 || status.rfom() {
+        return None;
+    }
+    let place = CAN1.rx(0);
+    let low = u64::from(place.rdlr().read().0);
+    let bytes = (low | u64::from(place.rdhr().read().0) << 32).to_le_bytes();
+    let length = usize::from(place.rdtr().read().dlc()).min(bytes.len());
+    let frame = CanFrame::new(place.rir().read().stid(), bytes.get(..length)?);
+    CAN1.rfr(0).write(|w| w.set_rfom(true));
+    frame
 }
 
 /// Whether a frame came while three waited already; clears that.
