@@ -87,7 +87,7 @@ fn what_is_learnt_is_reported_drawn_and_accepted_by_a_replay() {
 #[test]
 fn several_recordings_are_learnt_one_after_another() {
     let bench = Bench::with("one.csv", csv(GaitName::Walk, 3.4));
-    fs::write(bench.path("two.csv"), csv(GaitName::Walk, 7.0)).expect("a file");
+    fs::write(bench.path("two.csv"), csv(GaitName::Walk, 9.0)).expect("a file");
     let error = bench.error("calibrate one.csv");
     assert!(
         error.contains("s of swing were seen; 1 s of each is needed: record more steps"),

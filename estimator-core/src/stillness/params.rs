@@ -259,11 +259,11 @@ impl StillnessParams {
         largest_width: 0.975,
         prior: 0.0689,
         memory: 8.0,
-        stance: 0.23,
+        stance: 0.261,
         motion: 1.67,
         relaxation: 2.0,
         slide: SlideParams {
-            speed: 0.003,
+            speed: 0.0031,
             lever: 0.35,
             time_constant: 0.0456,
             limit: 2.2,

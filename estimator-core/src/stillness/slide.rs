@@ -26,7 +26,7 @@ pub const SLOWEST_RATE: f32 = 400.0;
 
 /// How much of the doubt grows with the square of the speed, and so begins below the limit; the rest
 /// grows with its fourth power.
-const BELOW: f32 = 0.7;
+const BELOW: f32 = 0.6;
 
 /// The speed along the ground.
 #[derive(Clone, Copy, Debug)]

@@ -54,13 +54,13 @@ pub(super) const LEARNT: [Entry; Learnt::NUMBERS] = {
     const RATE: &str = "ln(rad/s)";
     [
         amplitude(1, "Acceleration, still", ACCELERATION),
-        amplitude(2, "Acceleration, moving", ACCELERATION).doc(ABOVE_STILL),
+        amplitude(2, "Acceleration, moving", ACCELERATION).doc(NOT_BELOW_STILL),
         width(3, "Acceleration, width"),
         amplitude(4, "Rate, still", RATE),
-        amplitude(5, "Rate, moving", RATE).doc(ABOVE_STILL),
+        amplitude(5, "Rate, moving", RATE).doc(NOT_BELOW_STILL),
         width(6, "Rate, width"),
         amplitude(7, "Velocity, still", ACCELERATION).doc("of the leaky mean of the acceleration"),
-        amplitude(8, "Velocity, moving", ACCELERATION).doc(ABOVE_STILL),
+        amplitude(8, "Velocity, moving", ACCELERATION).doc(NOT_BELOW_STILL),
         width(9, "Velocity, width"),
         real(
             10,
@@ -77,7 +77,7 @@ pub(super) const LEARNT: [Entry; Learnt::NUMBERS] = {
     ]
 };
 
-const ABOVE_STILL: &str = "at least 0.3 above that of stillness";
+const NOT_BELOW_STILL: &str = "not below that of stillness";
 
 const fn per_axis(defaults: PerAxis<f32>, high: f32, units: [&'static str; 2]) -> [Entry; 6] {
     const fn axis(sub: u8, name: &'static str, value: f32, high: f32, unit: &'static str) -> Entry {
