@@ -348,18 +348,37 @@ impl Board {
         });
     }
 
-    /// Changes the pages with the settings, byte by byte.
-    fn spoil_settings(&mut self, change: impl Fn(usize, u8) -> u8) {
+    /// Where the pages with the settings begin and end.
+    fn settings_pages(&self) -> Option<(u32, u32)> {
         let ends = ["_config_start", "_config_end"].map(|name| self.image.symbol(name));
         let [Some(start), Some(end)] = ends else {
-            return;
+            return None;
         };
-        if let Some(mut bytes) = self.memory(start, end.saturating_sub(start) as usize) {
-            for (place, byte) in bytes.iter_mut().enumerate() {
-                *byte = change(place, *byte);
-            }
-            self.cpu.memory().write(start, &bytes);
+        Some((start, end))
+    }
+
+    /// The pages with the settings; empty where the ELF has none.
+    pub fn settings(&mut self) -> Vec<u8> {
+        let pages = self.settings_pages();
+        let bytes =
+            pages.and_then(|(start, end)| self.memory(start, end.saturating_sub(start) as usize));
+        bytes.unwrap_or_default()
+    }
+
+    /// Puts bytes into the pages with the settings, from their beginning.
+    pub fn set_settings(&mut self, bytes: &[u8]) {
+        if let Some((start, _)) = self.settings_pages() {
+            self.cpu.memory().write(start, bytes);
         }
+    }
+
+    /// Changes the pages with the settings, byte by byte.
+    fn spoil_settings(&mut self, change: impl Fn(usize, u8) -> u8) {
+        let mut bytes = self.settings();
+        for (place, byte) in bytes.iter_mut().enumerate() {
+            *byte = change(place, *byte);
+        }
+        self.set_settings(&bytes);
     }
 
     /// Instructions, cycles and time so far.

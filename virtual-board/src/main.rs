@@ -147,10 +147,15 @@ impl Planned {
         };
         let before = scenario.before.iter();
         let before = before.map(|&step| deed(ms.min(scenario::BEFORE_MS), step));
-        let steps = (scenario.steps)(self.variant);
-        before
-            .chain(steps.into_iter().map(|step| deed(ms, step)))
-            .collect()
+        let mut at_us = 1000 * ms;
+        let steps = (scenario.steps)(self.variant).into_iter().map(|step| {
+            let found = deed(at_us / 1000, step);
+            if let Step::Wait(us) = step {
+                at_us += u64::from(us);
+            }
+            found
+        });
+        before.chain(steps).collect()
     }
 }
 
@@ -193,6 +198,11 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
             (Board::with_motion(&elf, options, gait)?, seconds)
         }
     };
+    for planned in &arguments.faults {
+        if let Some(scenario) = planned.scenario {
+            scenario.prepare(&elf, &mut board)?;
+        }
+    }
     let run = report::Run {
         milliseconds: (seconds * 1000.0) as u64,
         faults: arguments

@@ -4,19 +4,20 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use super::{ALL, Outcome, Problem, Scenario};
+use super::{ALL, Case, Outcome, Problem, Scenario};
+use crate::corner::Corner;
 
 /// Runs every scenario in all its variants, on all cores, and gives the worst of each.
 ///
 /// # Errors
 /// Where one cannot be run.
-pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> {
-    let runs: Vec<(usize, u64, u64)> = ALL
+pub fn matrix(elf: &[u8], corner: Corner) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> {
+    let runs: Vec<(usize, Case)> = ALL
         .iter()
         .enumerate()
         .flat_map(|(place, scenario)| {
             scenario.all_variants().flat_map(move |variant| {
-                (0..scenario.phases).map(move |phase| (place, variant, phase))
+                (0..scenario.phases).map(move |phase| (place, Case { variant, phase }))
             })
         })
         .collect();
@@ -26,12 +27,10 @@ pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> 
     thread::scope(|scope| {
         for _ in 0..cores {
             scope.spawn(|| {
-                while let Some(&(place, variant, phase)) =
-                    runs.get(next.fetch_add(1, Ordering::Relaxed))
-                {
-                    let outcome = ALL[place].run(elf, variant, phase);
+                while let Some(&(place, case)) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let outcome = ALL[place].run(elf, case, corner);
                     let mut outcomes = outcomes.lock().unwrap_or_else(PoisonError::into_inner);
-                    outcomes.push(((place, variant, phase), outcome));
+                    outcomes.push(((place, case), outcome));
                 }
             });
         }
@@ -41,8 +40,12 @@ pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> 
         .unwrap_or_else(PoisonError::into_inner);
     outcomes.sort_by_key(|(run, _)| *run);
     let mut worst: Vec<Option<Outcome>> = vec![None; ALL.len()];
-    for ((place, ..), outcome) in outcomes {
-        let outcome = outcome?;
+    for ((place, case), outcome) in outcomes {
+        let name = ALL[place].name;
+        let outcome = outcome.unwrap_or_else(|problem| Outcome {
+            objections: vec![format!("{name}:{}: {problem}", case.variant)],
+            ..Outcome::default()
+        });
         worst[place] = Some(match worst[place].take() {
             Some(so_far) => so_far.worst(&outcome),
             None => outcome,
