@@ -23,6 +23,10 @@ pub fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
         format!("a frame said stable {} µs late", outcome.late_us),
     );
     object(
+        outcome.noticed_us() > Some(scenario.noticed_within_us as f64),
+        format!("noticed after {:?} µs", outcome.noticed_us()),
+    );
+    object(
         !outcome.has_told(scenario.tells),
         format!("{:?} was not told", scenario.tells),
     );

@@ -9,6 +9,7 @@ mod judge;
 mod list;
 mod outcome;
 mod pages;
+pub mod pairs;
 mod table;
 mod watch;
 
@@ -115,6 +116,8 @@ pub struct Scenario {
     pub invalid: Invalid,
     /// How long it cannot be seen in the data, µs: from then on no frame says "stable".
     pub blind_us: u64,
+    /// How soon it is to be noticed, µs.
+    pub noticed_within_us: u64,
     /// Whether it hits another phase of the sampling each time, in so many runs.
     pub phases: u64,
     /// What is to be told.
@@ -260,10 +263,24 @@ impl Scenario {
     /// # Errors
     /// Where the ELF does not fit, or misuses the board.
     pub fn run(&self, elf: &[u8], case: Case, corner: Corner) -> Result<Outcome, Problem> {
+        let Case { variant, phase } = case;
+        self.run_steps(elf, &(self.steps)(variant), phase, corner)
+    }
+
+    /// Runs it with other steps than its own.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn run_steps(
+        &self,
+        elf: &[u8],
+        steps: &[Step],
+        phase: u64,
+        corner: Corner,
+    ) -> Result<Outcome, Problem> {
         let mut options = BoardOptions::default();
         options.chip.corner = corner;
         let filled = self.fill(elf)?;
-        let Case { variant, phase } = case;
         let at_us = match self.at_power_up {
             true => 0,
             // In steps that hit each of four ticks, and another part of it each time.
@@ -287,7 +304,7 @@ impl Scenario {
             board.run_until(at)?;
             watch.take(&mut board);
         }
-        for step in (self.steps)(variant) {
+        for &step in steps {
             match step {
                 Step::Wait(us) => {
                     let until = board.now() + from_us(u64::from(us));
@@ -338,6 +355,14 @@ impl Scenario {
             Pages::Blank => Ok(None),
             Pages::BeforeAnErase => pages::before_an_erase(elf, list::OLD_SCALE).map(Some),
         }
+    }
+
+    /// Operations of flash in the store that its pages are filled for; 0 where they are blank.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn erasing_operations(&self, elf: &[u8]) -> Result<u64, Problem> {
+        Ok(self.fill(elf)?.map_or(0, |filled| filled.operations))
     }
 
     /// Fills the pages with the settings of a board that has not run yet, where it begins with

@@ -142,14 +142,14 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "crystal-lost-at-start",
-        what: "crystal stops in the course of the start, at each fourth ms of its first 6",
+        what: "crystal stops in the course of the start, at each half ms of its first 6",
         steps: |variant| {
             vec![
-                Step::Wait(500 + 250 * variant as u32),
+                Step::Wait(500 + 500 * variant as u32),
                 Step::Wrong(Fault::CrystalLost),
             ]
         },
-        variants: (0, 22, 1),
+        variants: (0, 11, 1),
         at_power_up: true,
         with_can: false,
         tells: Tells::Fault(Told::CrystalMissing),

@@ -47,6 +47,7 @@ const PLAIN: Scenario = Scenario {
     lasts_ms: None,
     invalid: Invalid::Never,
     blind_us: 0,
+    noticed_within_us: u64::MAX,
     phases: 1,
     tells: Tells::Nothing,
     with_can: true,

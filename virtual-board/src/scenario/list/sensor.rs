@@ -8,11 +8,15 @@ use super::{FOUND_US, ONE_TICK_US, SENSOR, SENSOR_STREAM};
 use crate::board::{BoardOptions, Fault};
 use crate::scenario::{Invalid, Scenario, Step, Tells};
 
+/// Every register has been read back within, µs.
+const ROTATION_US: u64 = 400_000;
+
 /// A register of the sensor changes its value.
 const FLIPPED: Scenario = Scenario {
     lasts_ms: None,
-    invalid: Invalid::ToTheNextSample,
-    blind_us: 400_000,
+    invalid: Invalid::Never,
+    noticed_within_us: ROTATION_US,
+    phases: 1,
     tells: Tells::Fault(Told::SensorConfigMismatch),
     ..SENSOR
 };
@@ -202,6 +206,7 @@ pub(super) const ROWS: &[Scenario] = &[
         motion: |seconds| while_wrong(seconds, SLIDING),
         steps: |axis| vec![stuck(Accelerometer, axis, if axis == 2 { 2048 } else { 0 })],
         variants: (0, 2, 1),
+        phases: 1,
         blind_us: 35_000,
         tells: Tells::Fault(Told::SensorFrozen),
         ..SENSOR
@@ -212,6 +217,7 @@ pub(super) const ROWS: &[Scenario] = &[
         motion: |seconds| while_wrong(seconds, TURNING),
         steps: |axis| vec![stuck(Gyroscope, axis, 0)],
         variants: (0, 2, 1),
+        phases: 1,
         blind_us: 95_000,
         tells: Tells::Fault(Told::SensorFrozen),
         ..SENSOR
@@ -221,6 +227,7 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "x, y or z of the gyroscope stuck at 0.2 rad/s on a foot that stands",
         steps: |axis| vec![stuck(Gyroscope, axis, 164)],
         variants: (0, 2, 1),
+        phases: 1,
         blind_us: 95_000,
         tells: Tells::Fault(Told::SensorFrozen),
         ..SENSOR

@@ -105,19 +105,19 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "power-cut-erasing",
-        what: "supply cut in a store that has to erase, at 32 of its operations",
+        what: "supply cut in a store that has to erase, at 16 of its operations",
         pages: Pages::BeforeAnErase,
         before: &[Step::Set(LOAD_SCALE, OLD_AND_NEW[1])],
         steps: |part| vec![Step::CutInErase(part as u32), Step::StoreStopped],
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
-        variants: (0, 31, 1),
+        variants: (0, 31, 2),
         tells: Tells::BootUp,
         resets: &[ResetCause::PowerOn],
         ..PLAIN
     },
     Scenario {
         name: "worn-flash",
-        what: "a bit cleared where the record goes, in each sixth word of it, then a reset",
+        what: "a bit cleared where the record goes, in each twelfth word of it, then a reset",
         before: &[
             Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
             Step::Store,
@@ -133,7 +133,7 @@ pub(super) const ROWS: &[Scenario] = &[
         },
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
         keeps_new: true,
-        variants: (2, 110, 6),
+        variants: (2, 110, 12),
         tells: Tells::BootUp,
         resets: &[ResetCause::Pin],
         ..PLAIN
