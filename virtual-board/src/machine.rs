@@ -353,6 +353,15 @@ impl Machine {
         }
     }
 
+    /// An instruction that branches to itself goes on doing so until something happens.
+    fn go_round(&mut self, running: &RunningBlock) {
+        let round = u64::from(running.block.cycles) + TAKEN;
+        let end = self.deadline.min(self.limit);
+        let rounds = end.saturating_sub(self.now) / (round * self.period);
+        self.instructions += rounds;
+        self.spend(rounds * round);
+    }
+
     /// The engine is about to execute a block: charges the one before, and stops it where
     /// something else comes first.
     pub(crate) fn enter_block(&mut self, memory: &mut dyn Memory, address: u32, size: u32) {
@@ -361,6 +370,9 @@ impl Machine {
             let after = running.address.wrapping_add(running.block.size);
             for watched in &mut self.watched {
                 watched.enter(address, after, self.instructions);
+            }
+            if address == running.address && running.block.instructions == 1 {
+                self.go_round(&running);
             }
         }
         if self.stop.is_some() {

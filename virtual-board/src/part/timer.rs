@@ -151,8 +151,10 @@ impl Timer {
         } else if count >= round {
             // Beyond its reload value it counts on to the end of its width.
             u64::from(self.mask) + 1 - count + value
+        } else if value > count {
+            value - count
         } else {
-            (value + round - count - 1) % round + 1
+            value + round - count
         }
     }
 
