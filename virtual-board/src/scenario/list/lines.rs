@@ -81,15 +81,14 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "bus-dominant-at-set",
-        what: "CAN lines shorted while the bit rate is set",
+        what: "CAN lines shorted while the controller is set anew",
         steps: |_| {
             vec![
                 Step::Wrong(Fault::Bus(BusFault::Shorted)),
                 Step::Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(500)),
                 Step::Nmt(Command::ResetCommunication),
                 Step::Wait(250_000),
-                Step::Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(1000)),
-                Step::Nmt(Command::ResetCommunication),
+                Step::Nmt(Command::StartRemoteNode),
             ]
         },
         lasts_ms: LASTING,

@@ -9,7 +9,7 @@ use crate::board::{BoardOptions, Fault};
 use crate::scenario::{Invalid, Scenario, Step, Tells};
 
 /// Every register has been read back within, µs.
-const ROTATION_US: u64 = 400_000;
+const ROTATION_US: u64 = 200_000;
 
 /// A register of the sensor changes its value.
 const FLIPPED: Scenario = Scenario {

@@ -73,6 +73,8 @@ pub(super) const ROWS: &[Scenario] = &[
             vec![
                 Step::Wrong(Fault::SettingsDamaged),
                 Step::Nmt(Command::ResetCommunication),
+                Step::Wait(50_000),
+                Step::Nmt(Command::StartRemoteNode),
             ]
         },
         tells: Tells::Fault(Told::ConfigCorrupted),
