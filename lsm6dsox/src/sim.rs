@@ -11,12 +11,15 @@
 //! | filters | point samples of the motion at 6667 Hz, then one second-order Butterworth low-pass at the cut-off set; the accelerometer's ODR/2 at 6667 Hz passes everything; where the cut-off is not known 0.4 ODR |
 //! | noise | white before the filter, of the densities in [`noise`](crate::noise) |
 //! | range | clipped before the filter at the end of the 16-bit range, and again after |
-//! | start | after its data rate is set a gyroscope gives its first sample after 35 ms \[D\], an accelerometer after 5 ms (assumed); filters start settled |
+//! | start | by [`StartTimes`]: after its data rate is set a gyroscope gives its first sample after 35 ms \[D\] and is wrong until 70 ms (AN5040, LSM6DSL), an accelerometer gives its first after 5 ms (assumed); filters start settled |
+//! | register banks | `FUNC_CFG_ACCESS` switches to two others, which hold what is written and do nothing |
+//! | 3-wire SPI | with `SIM` set nobody drives the data line; writes still work |
+//! | SDO | valid some ns after the clock's edge: a clock too fast for it reads each bit one clock late |
 //! | data ready | latched until a high byte is read, or 75 µs long \[D\] |
 //! | FIFO | bypass, FIFO and continuous mode; a word is gone once its last byte is read |
-//! | reset | 50 µs; after power-up and BOOT nothing answers for 10 ms |
+//! | reset | 50 µs; after power-up and BOOT nothing answers for up to 10 ms |
 //!
-//! Not there: the other register banks, compression, interrupts other than data-ready and
+//! Not there: what the other register banks do, compression, interrupts other than data-ready and
 //! watermark, high-pass filters, user offsets.
 //!
 //! Time is the caller's: nothing happens until [`Part::advance_to`]. The same seed, motion and
@@ -40,4 +43,4 @@ pub use fault::{Axis, Fault};
 pub use handle::{I2cError, SharedPart, SimDelay, SimI2c, SimSpi};
 pub use memory::Offence;
 pub use motion::{Interpolation, Motion, Recording, RecordingError, Stimulus};
-pub use part::{Part, PartOptions};
+pub use part::{Part, PartOptions, StartTimes};

@@ -33,10 +33,19 @@ pub enum Offence {
 /// Offences that are kept; later ones are only counted by being missing.
 const OFFENCES: usize = 256;
 
+/// A bank of registers of which none is described.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Bank {
+    EmbeddedFunctions,
+    SensorHub,
+}
+
 /// Values of the registers that hold some.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
     values: [u8; 128],
+    /// The other banks: what was written, without any effect.
+    others: [[u8; 128]; 2],
     described: [Option<Register>; 128],
     offences: Vec<Offence>,
 }
@@ -49,6 +58,7 @@ impl Memory {
         }
         let mut memory = Self {
             values: [0; 128],
+            others: [[0; 128]; 2],
             described,
             offences: Vec::new(),
         };
@@ -60,10 +70,19 @@ impl Memory {
         self.values = self
             .described
             .map(|register| register.map_or(0, |register| register.reset));
+        self.others = [[0; 128]; 2];
     }
 
     pub(super) fn read(&self, address: u8) -> u8 {
         self.values[usize::from(address & 0x7F)]
+    }
+
+    pub(super) fn read_other(&self, bank: Bank, address: u8) -> u8 {
+        self.others[bank as usize][usize::from(address & 0x7F)]
+    }
+
+    pub(super) fn write_other(&mut self, bank: Bank, address: u8, value: u8) {
+        self.others[bank as usize][usize::from(address & 0x7F)] = value;
     }
 
     pub(super) fn get(&self, register: Register) -> u8 {
