@@ -16,11 +16,17 @@
 //! | 3-wire SPI | with `SIM` set nobody drives the data line; writes still work |
 //! | SDO | valid some ns after the clock's edge: a clock too fast for it reads each bit one clock late |
 //! | data ready | latched until a high byte is read, or 75 µs long \[D\] |
-//! | FIFO | bypass, FIFO and continuous mode; a word is gone once its last byte is read |
+//! | FIFO | bypass, FIFO and continuous mode; temperature, decimated timestamps, a depth that ends at the watermark; a word is gone once its last byte is read |
+//! | pins | active high or low; INT2's signals on INT1 |
+//! | burst reads | `ROUNDING` goes back to the first output |
+//! | gyroscope asleep | `SLEEP_G`: as switched off, and it starts as slowly |
+//! | `XL_FS_MODE` | the code of ±16 g is ±2 g (from memory of the data sheet) |
 //! | reset | 50 µs; after power-up and BOOT nothing answers for up to 10 ms |
 //!
 //! Not there: what the other register banks do, compression, interrupts other than data-ready and
-//! watermark, high-pass filters, user offsets.
+//! watermark, high-pass filters, user offsets, optical stabilisation, external triggers, ultra low
+//! power, open-drain pins. A write that switches one of them on is an
+//! [offence](Offence::NotSimulated).
 //!
 //! Time is the caller's: nothing happens until [`Part::advance_to`]. The same seed, motion and
 //! calls give the same bits on every machine: arithmetic is + − × ÷ and the `libm` crate.

@@ -2,7 +2,9 @@
 
 use super::memory::Bank;
 use super::part::{Busy, Part};
-use crate::register::{self, Register, ctrl3_c, ctrl4_c, ctrl10_c, func_cfg_access, status_reg};
+use crate::register::{
+    self, Register, ctrl3_c, ctrl4_c, ctrl5_c, ctrl10_c, func_cfg_access, status_reg,
+};
 
 /// What `BDU` makes of a new value while a word is half read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +63,10 @@ impl Words {
     pub(super) fn update_accel(&mut self, codes: Option<[i16; 3]>, update: Update) {
         update_all(&mut self.words[4..7], codes, update);
         self.accel_fresh = true;
+    }
+
+    pub(super) fn temperature_bytes(&self) -> [u8; 2] {
+        self.words[0].value.to_le_bytes()
     }
 
     pub(super) fn gyro_bytes(&self) -> [u8; 6] {
@@ -210,7 +216,19 @@ impl Part {
         } else if address == register::FIFO_DATA_OUT_Z_H.address {
             register::FIFO_DATA_OUT_TAG.address
         } else {
-            (address + 1) & 0x7F
+            self.rounded(address).unwrap_or((address + 1) & 0x7F)
+        }
+    }
+
+    /// Where a burst goes back to from the last output, by `ROUNDING` in `CTRL5_C`.
+    fn rounded(&self, address: u8) -> Option<u8> {
+        const LAST_GYRO: u8 = register::OUTX_L_A.address - 1;
+        const LAST_ACCEL: u8 = register::OUTZ_H_A.address;
+        let rounding = ctrl5_c::ROUNDING.of(self.memory.get(register::CTRL5_C));
+        match (rounding, address) {
+            (0b01, LAST_ACCEL) => Some(register::OUTX_L_A.address),
+            (0b10, LAST_GYRO) | (0b11, LAST_ACCEL) => Some(register::OUTX_L_G.address),
+            _ => None,
         }
     }
 

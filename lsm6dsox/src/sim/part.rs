@@ -431,9 +431,19 @@ impl Part {
         };
         let gyro = due(&self.gyro, fifo_ctrl3::BDR_GY.of(rates));
         let accel = due(&self.accel, fifo_ctrl3::BDR_XL.of(rates));
-        if !gyro && !accel {
+        let temperature_divider = match fifo_ctrl4::ODR_T_BATCH.of(ctrl4) {
+            0 => 0,
+            1 => 32 * TEMPERATURE_DIVIDER,
+            2 => 4 * TEMPERATURE_DIVIDER,
+            _ => TEMPERATURE_DIVIDER,
+        };
+        let temperature = temperature_divider != 0 && tick.is_multiple_of(temperature_divider);
+        if !gyro && !accel && !temperature {
             return;
         }
+        let stops = fifo_ctrl2::STOP_ON_WTM.is_set(self.memory.get(register::FIFO_CTRL2));
+        let watermark = self.watermark();
+        self.fifo.set_depth(stops.then_some(watermark));
         self.fifo.next_slot();
         if gyro {
             self.fifo.push(mode, tag::GYRO, self.words.gyro_bytes());
@@ -441,7 +451,15 @@ impl Part {
         if accel {
             self.fifo.push(mode, tag::ACCEL, self.words.accel_bytes());
         }
-        if fifo_ctrl4::ODR_TS_BATCH.of(ctrl4) == 1 {
+        if temperature {
+            let [low, high] = self.words.temperature_bytes();
+            self.fifo
+                .push(mode, tag::TEMPERATURE, [low, high, 0, 0, 0, 0]);
+        }
+        if self
+            .fifo
+            .takes_timestamp(fifo_ctrl4::ODR_TS_BATCH.of(ctrl4))
+        {
             let [b0, b1, b2, b3] = self.timestamp_at(tick_ps).to_le_bytes();
             self.fifo.push(mode, tag::TIMESTAMP, [b0, b1, b2, b3, 0, 0]);
         }
