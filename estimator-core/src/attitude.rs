@@ -322,6 +322,13 @@ impl AttitudeFilter {
         self.orientation
     }
 
+    /// The angular rate at rest, rad/s, that is too great to be learnt as a bias; `None` where there
+    /// is none.
+    #[must_use]
+    pub fn excess_bias(&self) -> Option<AngularRate> {
+        self.bias.excess().map(AngularRate)
+    }
+
     /// Estimated gyroscope bias, rad/s. Zero until the sensor has been at rest.
     #[must_use]
     pub const fn gyro_bias(&self) -> AngularRate {

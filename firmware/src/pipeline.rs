@@ -37,6 +37,9 @@ pub const SOUND_TICKS: u16 = 20;
 /// open or shorted.
 pub const LOAD_READINGS: core::ops::RangeInclusive<u16> = 16..=4079;
 
+/// Ticks from one look at the gyroscope's bias to the next.
+const BIAS_TICKS: u32 = 1024;
+
 /// Ticks for which a fault that is an event is kept up after it last happened.
 const FADING_TICKS: u16 = 1000;
 
@@ -220,6 +223,9 @@ impl Foot {
         let mut gone = wire::Faults::NONE;
         self.fading.tick(|fault| gone = gone.with(fault));
         gone.iter().for_each(|fault| self.clear(fault, ports));
+        if self.ticks.is_multiple_of(BIAS_TICKS) {
+            self.judge_bias(ports);
+        }
         self.report_progress(measurement, ports);
     }
 
@@ -479,6 +485,18 @@ impl Foot {
             ] {
                 self.clear(fault, ports);
             }
+        }
+    }
+
+    /// Reports a bias of the gyroscope that is too large to be learnt.
+    #[inline(never)]
+    fn judge_bias<M: RawMutex>(&mut self, ports: &Ports<M>) {
+        match self.estimator.excess_bias() {
+            Some(rate) => {
+                let milli_degrees = rate.0.length() * (1000.0 / lsm6dsox::scale::DEGREE);
+                self.raise(Fault::GyroBias, milli_degrees as u32, ports);
+            }
+            None => self.clear(Fault::GyroBias, ports),
         }
     }
 

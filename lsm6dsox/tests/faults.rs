@@ -4,7 +4,9 @@ mod common;
 
 use common::{QUIET, part, sensor};
 use lsm6dsox::sim::{Axis, Fault, Part, PartOptions};
-use lsm6dsox::{Config, Error, FrozenDetector, Lsm6dsox, Pin, Sensor, register};
+use lsm6dsox::{
+    Config, Error, FrozenDetector, Lsm6dsox, Pin, Sensor, SetSpiClock, SpiClock, register,
+};
 
 const MILLISECOND: u64 = 1_000_000;
 const PRESET: Config = Config::FRESH_KILOHERTZ;
@@ -158,14 +160,14 @@ fn frozen_outputs_say_they_are_fresh_and_the_detector_knows_better() {
     let mut detector = FrozenDetector::new();
     for _ in 0..5_000 {
         part.advance_by(MILLISECOND);
-        assert!(!detector.update(&sensor.sample().unwrap()));
+        assert_eq!(detector.update(&sensor.sample().unwrap()), 0);
     }
     part.inject(Fault::FrozenOutput);
     let noticed = (0..20).position(|_| {
         part.advance_by(MILLISECOND);
         let sample = sensor.sample().unwrap();
         assert!(sample.is_fresh());
-        detector.update(&sample)
+        detector.update(&sample) == FrozenDetector::EVERY_AXIS
     });
     assert_eq!(noticed, Some(usize::from(FrozenDetector::REPEATS) - 1));
 }
@@ -242,6 +244,82 @@ fn a_flipped_register_acts_as_if_it_had_been_written() {
         })
     ));
     assert_eq!(sensor.init(&mut part.delay()), Ok(()));
+}
+
+#[test]
+fn a_part_in_another_bank_or_on_three_wires_cannot_be_read_and_comes_back_with_init() {
+    for (register, bits) in [
+        (register::FUNC_CFG_ACCESS, 0x80),
+        (register::FUNC_CFG_ACCESS, 0x40),
+        (register::FUNC_CFG_ACCESS, 0xC0),
+        (register::CTRL3_C, 0x08),
+    ] {
+        let part = part(QUIET);
+        let mut sensor = sensor(&part, PRESET);
+        part.inject(Fault::RegisterFlipped {
+            address: register.address,
+            bits,
+        });
+        let name = register.name;
+        let identity = sensor.check_identity();
+        assert_eq!(identity, Err(Error::Identity { read: 0x00 }), "{name}");
+        assert!(sensor.verify().is_err(), "{name}");
+        assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{name}");
+        part.advance_by(MILLISECOND);
+        assert!(sensor.sample().unwrap().is_fresh(), "{name}");
+    }
+}
+
+#[test]
+fn whatever_voids_the_data_is_read_back() {
+    // Self-test, high-pass filter, low power, user offsets, sleep, pins: every bit of every register
+    // that can be written, but for what the preset has no use for.
+    let unused = [register::COUNTER_BDR_REG2, register::TIMESTAMP2];
+    let writable = register::ALL
+        .iter()
+        .filter(|register| register.access == register::Access::ReadWrite)
+        .filter(|register| !unused.contains(register));
+    for register in writable {
+        for bit in (0..8).filter(|bit| register.mask & 1 << bit != 0) {
+            let part = part(QUIET);
+            let mut sensor = sensor(&part, PRESET);
+            part.inject(Fault::RegisterFlipped {
+                address: register.address,
+                bits: 1 << bit,
+            });
+            let name = register.name;
+            assert!(sensor.verify().is_err(), "{name}, bit {bit}");
+            assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{name}, bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn the_first_sample_after_init_is_that_of_a_settled_gyroscope() {
+    let part = Part::with_options(common::at_rest, QUIET).shared();
+    let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
+    sensor.init(&mut part.delay()).unwrap();
+    part.advance_by(MILLISECOND);
+    assert_eq!(sensor.sample().unwrap().angular_rate.codes, [0; 3]);
+}
+
+#[test]
+fn a_slow_data_line_is_read_a_bit_late_at_10_mhz_and_right_at_5_mhz() {
+    for (ns, late) in [(25, false), (45, false), (46, true), (50, true)] {
+        let part = part(QUIET);
+        part.inject(Fault::SdoDelay { ns });
+        let mut spi = part.spi();
+        spi.set_spi_clock(SpiClock::Full);
+        let mut sensor = Lsm6dsox::new(spi, PRESET);
+        let read = sensor.init(&mut part.delay());
+        let expected = match late {
+            true => Err(Error::Identity { read: 0x6C >> 1 }),
+            false => Ok(()),
+        };
+        assert_eq!(read, expected, "{ns} ns");
+        part.spi().set_spi_clock(SpiClock::Half);
+        assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{ns} ns");
+    }
 }
 
 #[test]

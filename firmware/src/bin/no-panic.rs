@@ -333,6 +333,10 @@ impl Bus {
     }
 }
 
+impl lsm6dsox::SetSpiClock for Bus {
+    fn set_spi_clock(&mut self, _: lsm6dsox::SpiClock) {}
+}
+
 impl SpiDevice for Bus {
     async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), BusError> {
         Maybe.await;

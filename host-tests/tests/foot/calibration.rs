@@ -53,7 +53,7 @@ fn is_settling(bench: &Bench) -> bool {
 type Act<'a> = (u64, &'a dyn Fn(&mut Bench));
 
 /// When the sensor, which each run starts again, is at work.
-const AT_WORK: u64 = 500;
+const AT_WORK: u64 = 1000;
 
 /// Runs for `ms` ticks and does one thing after some of them; all answers in their order.
 fn scripted(part: &SharedPart, bench: &mut Bench, ms: u64, script: &[Act<'_>]) -> Vec<Answer> {

@@ -64,6 +64,12 @@ pub enum Fault {
         /// The bits that change.
         bits: u8,
     },
+    /// From the clock's edge until the data line is valid it takes so long, instead of
+    /// [`sdo_delay_ns`](super::PartOptions::sdo_delay_ns).
+    SdoDelay {
+        /// ns.
+        ns: u32,
+    },
     /// The interrupt pins show pulses of 1 µs in addition to those of the samples.
     DataReadyGlitches {
         /// Time from one rising edge of a glitch to the next, ns; at least 2 µs.
@@ -83,6 +89,7 @@ pub(super) struct Faults {
     pub(super) id: Option<u8>,
     pub(super) pins_lost: bool,
     pub(super) storm_period_ns: Option<u64>,
+    pub(super) sdo_delay_ns: Option<u32>,
     pub(super) glitch_period_ns: Option<u64>,
     pub(super) gyro: Broken,
     pub(super) accel: Broken,
