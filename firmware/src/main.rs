@@ -30,7 +30,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Timer, with_timeout};
 use firmware::commands::UartReceiver;
-use firmware::ports::{BusState, Input, Request};
+use firmware::ports::{BusState, Input, Request, UartBatch};
 use firmware::sampling::{self, Sensor};
 use firmware::storage::{Origin, Storage};
 use firmware::supervision::Worker;
@@ -58,9 +58,6 @@ static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 
 /// How long a bus may take nothing before what waits for it is too old.
 const BUS_PATIENCE: Duration = Duration::from_millis(20);
-
-/// What goes over the serial line in one piece: some frames.
-const UART_BATCH: usize = 4 * wire::uart::MAX_FRAME;
 
 /// How often the watchdog can be fed: ten times before it bites.
 const FEEDING: Duration = Duration::from_millis(60);
@@ -200,11 +197,10 @@ async fn receive_can(mut can: board::can::Receiver) {
 /// Takes frames to the serial line, those that wait in one piece.
 #[embassy_executor::task]
 async fn send_uart(mut uart: board::uart::Sender) {
-    let mut batch = [0; UART_BATCH];
+    let mut batch = UartBatch::new();
     loop {
-        let length = PORTS.take_uart(&mut batch);
-        let rate = match batch.get(..length) {
-            Some(bytes @ [_, ..]) => {
+        let rate = match PORTS.take_uart(&mut batch) {
+            bytes @ [_, ..] => {
                 if uart.send(bytes).await.is_err() {
                     // Each frame ends with its only zero.
                     let frames = bytes.iter().filter(|byte| **byte == 0).count();
@@ -212,7 +208,7 @@ async fn send_uart(mut uart: board::uart::Sender) {
                 }
                 UART_RATE.try_take()
             }
-            _ => match select(PORTS.uart_ready(), UART_RATE.wait()).await {
+            [] => match select(PORTS.uart_ready(), UART_RATE.wait()).await {
                 Either::First(()) => None,
                 Either::Second(rate) => Some(rate),
             },

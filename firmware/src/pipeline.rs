@@ -575,7 +575,7 @@ impl Foot {
         let is_due = |every: u16| every != 0 && ticks.is_multiple_of(u32::from(every));
         if is_due(streams.contact) {
             let contact = ContactMessage::new(estimate, self.node.faults());
-            self.push_uart(Lane::Stream, &contact, ports);
+            self.push_uart(Lane::Estimate, &contact, ports);
         }
         if is_due(streams.raw)
             && let Some(raw) = raw_message(measurement)

@@ -47,7 +47,8 @@ pub enum BusState {
     Active,
     /// Many errors: receive and transmit error counter.
     Passive(u8, u8),
-    /// Too many errors, the controller has left the bus. It is to be brought back at once.
+    /// Too many errors, the controller has left the bus, or it cannot join one that is never idle.
+    /// It is to be brought back at once.
     Off,
 }
 
@@ -73,11 +74,76 @@ pub enum Request {
     Reset,
 }
 
+/// Frames that go to the serial line in one piece: the contact first, then others, not more than
+/// [`BYTES`](Self::BYTES) together. A contact is never more than a tick old when its turn comes: the
+/// next one takes its place in the queue.
+#[derive(Debug)]
+pub struct UartBatch {
+    bytes: [u8; uart::MAX_FRAME],
+    /// Batches in a row with a contact that had no room for all that waited.
+    crowded: u8,
+}
+
+impl UartBatch {
+    /// The most bytes of more than one frame: less than a tick takes at 1 Mbaud, so that no contact
+    /// is dropped there, and enough for a contact and a raw sample.
+    pub const BYTES: usize = 96;
+
+    /// After so many batches without room for all that waits, one goes without the contact: a line
+    /// that contacts alone fill still answers.
+    const CROWDED: u8 = 4;
+
+    /// An empty one.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            bytes: [0; uart::MAX_FRAME],
+            crowded: 0,
+        }
+    }
+
+    fn fill<M: RawMutex>(&mut self, queue: &UartQueue<M>) -> &[u8] {
+        let without_contact = self.crowded >= Self::CROWDED;
+        let (mut used, mut with_contact, mut crowded) = (0, false, 0);
+        queue.take_all(|lane, frame| {
+            let bytes = frame.as_bytes();
+            let end = used + bytes.len();
+            if lane == Lane::Estimate {
+                if without_contact {
+                    return false;
+                }
+                with_contact = true;
+            } else if used > 0 && end > Self::BYTES {
+                crowded = if with_contact { self.crowded + 1 } else { 0 };
+                return false;
+            }
+            let Some(place) = self.bytes.get_mut(used..end) else {
+                return false;
+            };
+            place.copy_from_slice(bytes);
+            used = end;
+            true
+        });
+        self.crowded = crowded;
+        self.bytes.get(..used).unwrap_or_default()
+    }
+}
+
+impl Default for UartBatch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// With one contact: the next one makes it worthless, so none is older than a tick when its turn
+/// comes.
+type UartQueue<M> = Outlet<M, uart::Encoded, 0, 1, 8, 8>;
+
 /// The queues between the sampling loop and everything slower.
 #[derive(Debug)]
 pub struct Ports<M: RawMutex> {
     can: Outlet<M, CanFrame, 16, 16, 16, 16>,
-    uart: Outlet<M, uart::Encoded, 0, 0, 8, 8>,
+    uart: UartQueue<M>,
     inputs: Channel<M, Input, 16>,
     requests: Channel<M, Request, 2>,
     reloaded: Channel<M, Settings, 1>,
@@ -117,7 +183,7 @@ impl<M: RawMutex> Ports<M> {
 
     /// Has `bus` send the frames that wait, until it takes none of those that are next.
     pub fn send_can(&self, bus: Bus) {
-        self.can.take_all(bus);
+        self.can.take_all(|_, frame| bus(frame));
     }
 
     /// Gives up the process data that wait for the CAN bus: how many frames those were.
@@ -135,21 +201,9 @@ impl<M: RawMutex> Ports<M> {
         self.uart.ready().await;
     }
 
-    /// Moves frames for the UART to `room`, as many as there are and as fit: how many bytes. Room
-    /// for fewer than [`uart::MAX_FRAME`] may never be enough.
-    pub fn take_uart(&self, room: &mut [u8]) -> usize {
-        let mut used = 0;
-        self.uart.take_all(|frame| {
-            let bytes = frame.as_bytes();
-            let end = used + bytes.len();
-            let Some(place) = room.get_mut(used..end) else {
-                return false;
-            };
-            place.copy_from_slice(bytes);
-            used = end;
-            true
-        });
-        used
+    /// Fills `batch` with frames for the UART, and gives its bytes.
+    pub fn take_uart<'a>(&self, batch: &'a mut UartBatch) -> &'a [u8] {
+        batch.fill(&self.uart)
     }
 
     /// The next frame for the UART, if there is one.
@@ -216,5 +270,72 @@ impl<M: RawMutex> Ports<M> {
             return None;
         }
         self.reloaded.try_receive().ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+    use std::vec::Vec;
+    use wire::uart::{ContactMessage, Decoder, LogMessage, MAX_LOG};
+
+    type Small = Ports<NoopRawMutex>;
+
+    fn contact(ports: &Small, sequence: u16) -> u32 {
+        ports.push_uart(Lane::Estimate, sequence, &ContactMessage::default())
+    }
+
+    fn line(ports: &Small, sequence: u16, length: usize) {
+        let text = "x".repeat(length);
+        ports.push_uart(Lane::Answer, sequence, &LogMessage::new(1, &text));
+    }
+
+    /// The sequence numbers of the next batch, and how long it is.
+    fn taken(ports: &Small, batch: &mut UartBatch) -> (Vec<u16>, usize) {
+        let mut decoder = Decoder::new();
+        let bytes = ports.take_uart(batch);
+        let frames = bytes.iter().filter_map(|byte| decoder.push(*byte));
+        let frames = frames.map(|frame| frame.expect("a sound frame").sequence);
+        (frames.collect(), bytes.len())
+    }
+
+    #[test]
+    fn the_newest_contact_goes_first_and_the_one_before_is_dropped_and_counted() {
+        let (ports, mut batch) = (Small::new(), UartBatch::new());
+        line(&ports, 1, 20);
+        assert_eq!(contact(&ports, 2), 0);
+        assert_eq!(contact(&ports, 3), 1);
+        assert_eq!(taken(&ports, &mut batch).0, [3, 1]);
+        assert_eq!(taken(&ports, &mut batch).0, []);
+    }
+
+    #[test]
+    fn several_frames_take_less_than_a_tick_and_one_may_be_longer() {
+        let (ports, mut batch) = (Small::new(), UartBatch::new());
+        for sequence in 0..4 {
+            line(&ports, sequence, 30);
+        }
+        line(&ports, 4, MAX_LOG);
+        let batches: Vec<_> = (0..4).map(|_| taken(&ports, &mut batch)).collect();
+        let frames = batches.iter().flat_map(|(frames, _)| frames);
+        assert!(frames.copied().eq(0..5));
+        for (frames, bytes) in batches {
+            assert!(frames.len() <= 1 || bytes <= UartBatch::BYTES);
+        }
+    }
+
+    #[test]
+    fn contacts_that_fill_the_line_do_not_keep_everything_else_waiting() {
+        let (ports, mut batch) = (Small::new(), UartBatch::new());
+        line(&ports, 1_000, MAX_LOG);
+        let rounds = (0..20).take_while(|round| {
+            contact(&ports, *round);
+            taken(&ports, &mut batch).0 != [1_000]
+        });
+        assert_eq!(rounds.count(), usize::from(UartBatch::CROWDED));
+        // Then it is the contact's turn again.
+        contact(&ports, 30);
+        assert_eq!(taken(&ports, &mut batch).0, [30]);
     }
 }

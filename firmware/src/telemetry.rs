@@ -122,6 +122,18 @@ impl<
         self.orders.iter().all(|order| order.count == 0)
     }
 
+    fn take_all(&mut self, mut take: impl FnMut(Lane, &T) -> bool) {
+        for lane in Lane::ALL {
+            let (order, places) = self.lane(lane);
+            while order.count > 0
+                && let Some(item) = places.get(order.first)
+                && take(lane, item)
+            {
+                order.drop_first(places.len());
+            }
+        }
+    }
+
     fn take<R>(&mut self, mut take: impl FnMut(&T) -> Option<R>) -> Option<R> {
         for lane in Lane::ALL {
             let (order, places) = self.lane(lane);
@@ -192,9 +204,10 @@ impl<
         self.with(|lanes| lanes.take(take))
     }
 
-    /// The same again and again, until `take` takes none of those that are next.
-    pub fn take_all(&self, mut take: impl FnMut(&T) -> bool) {
-        self.with(|lanes| while lanes.take(|item| take(item).then_some(())).is_some() {});
+    /// Offers each lane's frames to `take`, the lane that goes first first, and of each until it
+    /// takes one no more.
+    pub fn take_all(&self, take: impl FnMut(Lane, &T) -> bool) {
+        self.with(|lanes| lanes.take_all(take));
     }
 
     /// The next to go out, if there is one.

@@ -211,7 +211,8 @@ impl Settings {
         self.value(slot!(UART_RATE, 0))
     }
 
-    /// How long a load over RPDO1 is believed, ms; 0: for ever.
+    /// How long a load over RPDO1 is believed, ms: a second at most, so that a robot that has stopped
+    /// sending is noticed within a stance.
     #[must_use]
     pub fn load_timeout_ms(&self) -> u16 {
         self.u16(slot!(RPDO, 5))

@@ -684,13 +684,6 @@ fn a_load_is_believed_for_as_long_as_the_event_timer_says() {
     let object = Address::new(index::LOAD, 0);
     let is_nan =
         |node: &mut Node| matches!(node.read(object), Ok(Value::F32(load)) if load.is_nan());
-    let emergencies = |node: &mut Node, ticks| {
-        (0..ticks)
-            .flat_map(|_| tick(node, &ContactEstimate::default()))
-            .filter(|frame| frame.id() == 0x80 + u16::from(ID))
-            .map(|frame| *frame.data8().expect("eight bytes"))
-            .collect::<Vec<_>>()
-    };
     let mut node = node();
     assert_eq!(node.load(), None, "nobody has said anything yet");
     assert!(is_nan(&mut node));
@@ -724,13 +717,36 @@ fn a_load_is_believed_for_as_long_as_the_event_timer_says() {
     node.command(Command::StartRemoteNode);
     assert_eq!(emergencies(&mut node, 200), [[0; 8]; 0]);
     assert_eq!(node.load(), None);
-    // For ever.
+}
+
+/// The emergencies of so many ticks.
+fn emergencies(node: &mut Node, ticks: u32) -> Vec<[u8; 8]> {
+    (0..ticks)
+        .flat_map(|_| tick(node, &ContactEstimate::default()))
+        .filter(|frame| frame.id() == 0x80 + u16::from(ID))
+        .map(|frame| *frame.data8().expect("eight bytes"))
+        .collect()
+}
+
+#[test]
+fn no_load_is_believed_for_longer_than_a_second() {
+    let mut node = node();
     node.command(Command::EnterPreOperational);
     let timer = Address::new(index::RPDO, 5);
-    assert_eq!(write(&mut node, timer, Value::U16(0)).0, Ok(()));
+    for (limit, code) in [
+        (0, AbortCode::TooLow),
+        (1_001, AbortCode::TooHigh),
+        (u16::MAX, AbortCode::TooHigh),
+    ] {
+        assert_eq!(refused(&mut node, timer, Value::U16(limit)), code);
+    }
+    assert_eq!(write(&mut node, timer, Value::U16(1_000)).0, Ok(()));
+    let object = Address::new(index::LOAD, 0);
     assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
-    emergencies(&mut node, 70_000);
+    emergencies(&mut node, 1_000);
     assert_eq!(node.load(), Some(Load(7.0)));
+    emergencies(&mut node, 1);
+    assert_eq!(node.load(), None);
 }
 
 #[test]

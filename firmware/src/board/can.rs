@@ -1,23 +1,22 @@
 //! CAN1 on PB8 (receive) and PB9 (transmit).
 
-use core::future::{Future, pending, poll_fn};
+use core::future::{pending, poll_fn};
 use core::mem;
-use core::num::{NonZeroU8, NonZeroU16};
 use core::ops::Range;
-use core::pin::pin;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use core::task::Poll;
 
 use embassy_futures::select::select3;
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
-use embassy_stm32::can::util::NominalBitTiming;
 use embassy_stm32::can::{
     Can, CanRx, CanTx, Fifo, Mailbox, Rx0InterruptHandler, Rx1InterruptHandler,
     SceInterruptHandler, StandardId, TxInterruptHandler,
 };
-use embassy_stm32::interrupt::{self, InterruptExt};
+use embassy_stm32::interrupt::{self, InterruptExt, typelevel};
 use embassy_stm32::pac::{CAN1, GPIOB, can::regs, gpio::vals::Pupdr};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
+use embassy_sync::waitqueue::AtomicWaker;
 use firmware::ports::BusState;
 use wire::CanFrame;
 use wire::pdo::Pdo;
@@ -26,10 +25,25 @@ use super::COMMUNICATION_PRIORITY;
 
 bind_interrupts!(struct Irqs {
     CAN1_TX => TxInterruptHandler<peripherals::CAN1>;
-    CAN1_RX0 => Rx0InterruptHandler<peripherals::CAN1>;
+    // The first leaves nothing to do for the second, which the HAL wants.
+    CAN1_RX0 => Came, Rx0InterruptHandler<peripherals::CAN1>;
     CAN1_RX1 => Rx1InterruptHandler<peripherals::CAN1>;
     CAN1_SCE => SceInterruptHandler<peripherals::CAN1>;
 });
+
+/// Who waits for a frame.
+static FRAME_CAME: AtomicWaker = AtomicWaker::new();
+
+/// A frame came.
+struct Came;
+
+impl typelevel::Handler<typelevel::CAN1_RX0> for Came {
+    unsafe fn on_interrupt() {
+        // Until somebody waits for the next one.
+        CAN1.ier().modify(|w| w.set_fmpie(0, false));
+        FRAME_CAME.wake();
+    }
+}
 
 /// Whether the controller is there to be used.
 static STARTED: AtomicBool = AtomicBool::new(false);
@@ -49,7 +63,7 @@ pub struct Sender(CanTx<'static>);
 
 /// The receiving half.
 pub struct Receiver {
-    frames: CanRx<'static>,
+    _frames: CanRx<'static>,
     /// Whether one was lost since that was asked last.
     overrun: bool,
 }
@@ -68,22 +82,14 @@ impl Parts {
         ] {
             irq.set_priority(COMMUNICATION_PRIORITY);
         }
-        // Errors are looked at (`bus_state`), not told: on a broken bus there are thousands a second.
-        CAN1.ier().modify(|w| {
-            w.set_lecie(false);
-            w.set_ewgie(false);
-            w.set_epvie(false);
-            w.set_bofie(false);
-            // Only while somebody waits for it ([`Sender::freed`]).
-            w.set_tmeie(false);
-        });
-        listen_to_masters(&mut can);
+        // Only while somebody waits for it ([`Sender::freed`]).
+        tell_of_empty_mailboxes(false);
         let (sender, receiver) = can.split();
         let mut control = Control(can);
         control.set_bit_rate(bit_rate);
         STARTED.store(true, Ordering::Release);
         let receiver = Receiver {
-            frames: receiver,
+            _frames: receiver,
             overrun: false,
         };
         (control, Sender(sender), receiver)
@@ -110,28 +116,62 @@ fn listen_to_masters(can: &mut Can) {
 
 impl Control {
     /// Leaves the bus and joins it again at `bit_rate`, one of 125, 250, 500 and 1000 kbit/s.
+    ///
+    /// Where the bus is never idle it is not joined, which [`bus_state`] reports; this does not wait
+    /// for it. The HAL would wait, for ever where the bus is shorted, both to leave and to join.
     pub fn set_bit_rate(&mut self, bit_rate: u32) {
+        if !initialise() {
+            // A reset of the controller waits for nothing on the bus (RM0090, CAN_MCR.RESET).
+            CAN1.mcr().write(|w| w.set_reset(true));
+            if !initialise() {
+                return;
+            }
+        }
+        // Receiving changes the same register from its interrupt.
+        critical_section::with(|_| {
+            // Errors are looked at (`bus_state`): on a broken bus there are thousands a second.
+            CAN1.ier().modify(|w| {
+                w.set_fmpie(0, true);
+                w.set_fmpie(1, false);
+                w.set_lecie(false);
+                w.set_ewgie(false);
+                w.set_epvie(false);
+                w.set_bofie(false);
+            });
+        });
+        listen_to_masters(&mut self.0);
         // Twenty quanta a bit, sampled after the seventeenth: 85 %.
         const CLOCK: u32 = 40_000_000;
-        let timing = NominalBitTiming {
-            prescaler: quotient(CLOCK, 20 * bit_rate),
-            seg1: const { NonZeroU8::new(16).unwrap() },
-            seg2: const { NonZeroU8::new(3).unwrap() },
-            sync_jump_width: const { NonZeroU8::new(2).unwrap() },
-        };
-        self.0.modify_config().set_bit_timing(timing);
-        // Awake, and back by itself after bus-off. The HAL's `enable` would do the same and then
-        // keep its executor busy until the bus is idle, for ever where it is shorted.
+        let prescaler = CLOCK.checked_div(20 * bit_rate).unwrap_or(1);
+        CAN1.btr().write(|w| {
+            w.set_brp((prescaler as u16).wrapping_sub(1));
+            w.set_ts(0, 16 - 1);
+            w.set_ts(1, 3 - 1);
+            w.set_sjw(2 - 1);
+        });
         CAN1.mcr().modify(|w| {
+            // Back by itself after bus-off.
             w.set_abom(true);
-            w.set_sleep(false);
+            // Set by the HAL; the errata sheet of the F42x wants it clear.
+            w.set_ttcm(false);
+            w.set_inrq(false);
         });
     }
 }
 
-fn quotient(dividend: u32, divisor: u32) -> NonZeroU16 {
-    let quotient = dividend.checked_div(divisor).unwrap_or(1);
-    NonZeroU16::new(quotient as u16).unwrap_or(NonZeroU16::MIN)
+/// Has the controller leave the bus, after the frame that is on it: false where it does not within
+/// 4 ms, several times the longest frame at 125 kbit/s.
+fn initialise() -> bool {
+    /// Each takes at least 12 cycles of 160 MHz.
+    const POLLS: u32 = 60_000;
+    CAN1.mcr().modify(|w| {
+        w.set_sleep(false);
+        w.set_inrq(true);
+    });
+    (0..POLLS).any(|_| {
+        let status = CAN1.msr().read();
+        status.inak() && !status.slak()
+    })
 }
 
 /// Puts a frame into an empty mailbox; of those that wait there, the controller sends the lowest
@@ -271,27 +311,39 @@ fn mailboxes() -> impl Iterator<Item = Mailbox> {
 impl Receiver {
     /// The next frame for this foot; remote and extended frames do not pass the filters.
     pub async fn receive(&mut self) -> CanFrame {
-        loop {
-            let mut reading = pin!(self.frames.read());
-            let read = poll_fn(|context| {
-                // Before the frame is taken: the HAL clears this with it, unread.
-                self.overrun |= was_overrun();
-                reading.as_mut().poll(context)
-            });
-            // An error is the bus's, not a frame's; `bus_state` tells about it.
-            let Ok(envelope) = read.await else {
-                continue;
-            };
-            if let Some(frame) = CanFrame::from_driver(&envelope.frame) {
-                return frame;
+        poll_fn(|context| {
+            FRAME_CAME.register(context.waker());
+            self.overrun |= was_overrun();
+            if let Some(frame) = take_frame() {
+                return Poll::Ready(frame);
             }
-        }
+            critical_section::with(|_| CAN1.ier().modify(|w| w.set_fmpie(0, true)));
+            Poll::Pending
+        })
+        .await
     }
 
     /// Whether a received frame was lost since this was asked last.
     pub fn take_overrun(&mut self) -> bool {
         mem::take(&mut self.overrun)
     }
+}
+
+/// The next frame of the FIFO. The HAL would panic at a length above eight, which any node may send: it
+/// stands for eight bytes (ISO 11898-1, DLC), and the controller passes it on as it is.
+fn take_frame() -> Option<CanFrame> {
+    let status = CAN1.rfr(0).read();
+    // One that is being released does not count.
+    if status.fmp() == 0 || status.rfom() {
+        return None;
+    }
+    let place = CAN1.rx(0);
+    let low = u64::from(place.rdlr().read().0);
+    let bytes = (low | u64::from(place.rdhr().read().0) << 32).to_le_bytes();
+    let length = usize::from(place.rdtr().read().dlc()).min(bytes.len());
+    let frame = CanFrame::new(place.rir().read().stid(), bytes.get(..length)?);
+    CAN1.rfr(0).write(|w| w.set_rfom(true));
+    frame
 }
 
 /// Whether a frame came while three waited already; clears that.
@@ -303,14 +355,24 @@ fn was_overrun() -> bool {
     overrun
 }
 
+/// How often [`bus_state`] found the controller outside the bus, in a row.
+static OUTSIDE: AtomicU8 = AtomicU8::new(0);
+
 /// What the controller thinks of the bus; all is well where there is none. From bus-off it comes
-/// back by itself, after 128 times 11 recessive bits.
+/// back by itself, after 128 times 11 recessive bits. To be asked once a tick: so many ticks after
+/// the start it has joined a bus on which frames end, else that counts as bus-off.
 pub fn bus_state() -> BusState {
+    const JOINING_TICKS: u8 = 20;
     if !STARTED.load(Ordering::Acquire) {
         return BusState::Active;
     }
+    let outside = match CAN1.msr().read().inak() {
+        true => OUTSIDE.load(Ordering::Relaxed).saturating_add(1),
+        false => 0,
+    };
+    OUTSIDE.store(outside, Ordering::Relaxed);
     let state = CAN1.esr().read();
-    if state.boff() {
+    if state.boff() || outside > JOINING_TICKS {
         BusState::Off
     } else if state.epvf() {
         BusState::Passive(state.rec(), state.tec())

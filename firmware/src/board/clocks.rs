@@ -6,24 +6,28 @@
 use embassy_stm32::Config;
 use embassy_stm32::pac::{FLASH, RCC};
 use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource,
+    Sysclk,
 };
 use embassy_stm32::time::Hertz;
 
-/// The crystal between `OSC_IN` and `OSC_OUT`: an even number of MHz, 4 to 26.
+/// The crystal between `OSC_IN` and `OSC_OUT`: a whole number of MHz, 4 to 26.
 const CRYSTAL_MHZ: u32 = 8;
 
 /// The internal oscillator, MHz.
 const HSI_MHZ: u32 = 16;
 
-/// What the PLL's input is divided to, MHz; RM0090 recommends 2 to limit jitter.
-const PLL_INPUT_MHZ: u32 = 2;
+/// What the PLL's input is divided to, MHz: 1 or 2 are allowed, and RM0090 recommends 2 to limit
+/// jitter, which an odd crystal cannot have.
+const PLL_INPUT_MHZ: u32 = if CRYSTAL_MHZ.is_multiple_of(2) { 2 } else { 1 };
 
-/// 2 MHz × 160 / 2 = 160 MHz.
-const PLL_MULTIPLIER: PllMul = PllMul::MUL160;
+/// The PLL's oscillator, MHz; half of it is the system clock.
+const PLL_MHZ: u32 = 320;
 
-const _: () = assert!(CRYSTAL_MHZ.is_multiple_of(PLL_INPUT_MHZ));
-const _: () = assert!(4 <= CRYSTAL_MHZ && CRYSTAL_MHZ <= 26);
+const _: () = assert!(
+    4 <= CRYSTAL_MHZ && CRYSTAL_MHZ <= 26,
+    "CRYSTAL_MHZ: the STM32F405 takes crystals of 4 to 26 MHz"
+);
 
 /// Looks at HSERDY before the crystal is given up, on the internal oscillator right after reset:
 /// each takes at least 5 cycles of 16 MHz, so this is at least 20 ms, ten times the 2 ms that the
@@ -35,7 +39,9 @@ const CRYSTAL_POLLS: u32 = 64_000;
 pub enum Source {
     /// The crystal.
     Crystal,
-    /// The internal oscillator, 1 % accurate: too little for CAN.
+    /// The internal oscillator: within 1 % at 25 °C, within 4 % from −10 to 85 °C (data sheet DS8626,
+    /// HSI oscillator characteristics). Too little for CAN; the serial line bears some 4 % in all
+    /// (RM0090, tolerance of the USART receiver).
     Internal,
 }
 
@@ -66,9 +72,10 @@ pub fn config(source: Source) -> Config {
     rcc.pll_src = pll_src;
     rcc.pll = Some(Pll {
         prediv: PllPreDiv::from_bits((input_mhz / PLL_INPUT_MHZ) as u8),
-        mul: PLL_MULTIPLIER,
+        mul: PllMul::from_bits((PLL_MHZ / PLL_INPUT_MHZ) as u16),
         divp: Some(PllPDiv::DIV2),
-        divq: None,
+        // Nothing uses it, but its reset value is lost and 0 is forbidden: 45.7 of at most 48 MHz.
+        divq: Some(PllQDiv::DIV7),
         divr: None,
     });
     rcc.sys = Sysclk::PLL1_P;

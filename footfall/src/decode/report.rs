@@ -108,6 +108,13 @@ impl Report {
     }
 
     /// Counts the numbers between two that came one after the other.
+    /// A frame came that counts as missing: others had overtaken it.
+    pub(super) fn count_overtaken(&mut self) {
+        self.missing = self.missing.saturating_sub(1);
+        let least = u64::from(self.missing > 0);
+        self.gaps = self.gaps.saturating_sub(1).max(least);
+    }
+
     pub(super) fn count_missing(&mut self, missing: u64) {
         self.missing += missing;
         self.gaps += u64::from(missing > 0);

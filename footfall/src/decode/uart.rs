@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use estimator_core::Timestamp;
 use wire::counter::Counter;
 use wire::pdo::{P16, TEMPERATURE_STEP};
-use wire::sequence::missing_u16;
+use wire::sequence::{Step, step_u16};
 use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, Problem};
 use wire::{Fault, NodeId};
 
@@ -80,7 +80,7 @@ const fn kind_name(kind: Kind) -> &'static str {
 struct Stream {
     rows: Vec<Row>,
     report: Report,
-    last: Option<u16>,
+    newest: Option<u16>,
     segment: u32,
     node: Option<NodeId>,
 }
@@ -90,7 +90,7 @@ impl Stream {
         Self {
             rows: Vec::new(),
             report: Report::new(Format::Uart),
-            last: None,
+            newest: None,
             segment: 0,
             node: None,
         }
@@ -101,11 +101,16 @@ impl Stream {
         if self.starts_anew(&frame.message) {
             self.segment += 1;
             self.report.restarts += 1;
-            self.last = None;
+            self.newest = None;
         }
-        if let Some(last) = self.last.replace(frame.sequence) {
-            let missing = missing_u16(last, frame.sequence);
-            self.report.count_missing(u64::from(missing));
+        let step = self.newest.map(|newest| step_u16(newest, frame.sequence));
+        match step {
+            Some(Step::Missing(count)) => self.report.count_missing(u64::from(count)),
+            Some(Step::Late) => self.report.count_overtaken(),
+            Some(Step::Restart) | None => {}
+        }
+        if step != Some(Step::Late) {
+            self.newest = Some(frame.sequence);
         }
         match &frame.message {
             Message::Contact(contact) => self.contact(contact, frame.sequence),
@@ -193,6 +198,13 @@ mod tests {
             assert_eq!((report.restarts, report.missing, report.gaps), (1, 0, 0));
             assert_eq!(report.longest_step_s, Some(0.001));
         }
+    }
+
+    #[test]
+    fn a_frame_that_a_contact_has_overtaken_is_not_missing() {
+        let stream = [contact(1, 1), contact(3, 2), contact(2, 3), contact(5, 4)];
+        let report = decode(&stream.concat()).unwrap().report;
+        assert_eq!((report.restarts, report.missing, report.gaps), (0, 1, 1));
     }
 
     #[test]

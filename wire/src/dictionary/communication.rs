@@ -213,8 +213,9 @@ pub(super) const OBJECTS: &[Object] = &[
             Entry::cob_id(1, "COB-ID", pdo::Load::BASE as u32),
             Entry::constant(2, "Transmission type", Value::U8(255)),
             Entry::setting(5, "Event timer", Value::U16(100))
+                .range(Value::U16(1), Value::U16(1_000))
                 .unit("ms")
-                .doc("how long a load is believed; after it emergency 0x8250 where the load source is CAN; 0: for ever"),
+                .doc("how long a load is believed; after it emergency 0x8250 where the load source is CAN"),
         ],
     },
     Object {

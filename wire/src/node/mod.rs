@@ -428,7 +428,7 @@ impl Node {
         let device = &mut self.device;
         let limit = device.settings.load_timeout_ms();
         device.load_age = device.load_age.saturating_add(1);
-        let overdue = limit != 0 && device.load_age > limit && device.load.take().is_some();
+        let overdue = device.load_age > limit && device.load.take().is_some();
         let expected = device.state == NmtState::Operational
             && device.settings.load_input().source == LoadSource::Can;
         if !expected {

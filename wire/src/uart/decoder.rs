@@ -2,7 +2,7 @@
 
 use super::cobs::Decoding;
 use super::{Frame, Kind, MAX_DECODED, parse};
-use crate::sequence::missing_u16;
+use crate::sequence::{Step, step_u16};
 
 /// Why something in the stream was dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,8 @@ pub struct Decoder {
     decoding: Decoding,
     /// The frame is too long already: nothing counts until its end.
     overflowed: bool,
-    last: Option<u16>,
+    /// The newest sequence number.
+    newest: Option<u16>,
     drops: Drops,
 }
 
@@ -93,7 +94,7 @@ impl Decoder {
             length: 0,
             decoding: Decoding::default(),
             overflowed: false,
-            last: None,
+            newest: None,
             drops: Drops::default(),
         }
     }
@@ -146,10 +147,18 @@ impl Decoder {
 
     fn count_frame(&mut self, sequence: u16) {
         self.drops.frames = self.drops.frames.wrapping_add(1);
-        if let Some(last) = self.last.replace(sequence) {
-            let missing = missing_u16(last, sequence);
-            self.drops.missing = self.drops.missing.wrapping_add(u32::from(missing));
+        let step = self.newest.map(|newest| step_u16(newest, sequence));
+        match step {
+            Some(Step::Late) => {
+                self.drops.missing = self.drops.missing.saturating_sub(1);
+                return;
+            }
+            Some(Step::Missing(count)) => {
+                self.drops.missing = self.drops.missing.wrapping_add(u32::from(count));
+            }
+            Some(Step::Restart) | None => {}
         }
+        self.newest = Some(sequence);
     }
 }
 
@@ -249,6 +258,14 @@ mod tests {
         // A restart of the other side is no gap.
         let (_, drops) = decode(&[frame(500), frame(0)].concat());
         assert_eq!(drops.missing, 0);
+    }
+
+    #[test]
+    fn frames_that_others_have_overtaken_are_not_missing() {
+        let stream: Vec<u8> = [1, 4, 2, 3, 6, 7].into_iter().flat_map(frame).collect();
+        let (frames, drops) = decode(&stream);
+        assert_eq!(frames, [1, 4, 2, 3, 6, 7]);
+        assert_eq!(drops.missing, 1);
     }
 
     #[test]

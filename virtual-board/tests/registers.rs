@@ -1,0 +1,137 @@
+//! Settings of the chip that are forbidden or needless, though the board runs with them.
+
+mod common;
+
+use common::product;
+use virtual_board::board::{Board, Fault};
+use virtual_board::part::can::{BusFault, Frame};
+use virtual_board::part::usart::TimedByte;
+use virtual_board::time::PER_SECOND;
+use wire::node::Command;
+use wire::uart::{Decoder, Message, NmtRequest, encode};
+
+const MILLISECOND: u64 = PER_SECOND / 1000;
+
+/// The offset of `RCC_PLLCFGR`, and its PLLQ.
+const PLLCFGR: u32 = 0x04;
+const PLLQ: u32 = 0xF << 24;
+
+/// The offset of `CAN_MCR`, and its TTCM.
+const CAN_MCR: u32 = 0x00;
+const TTCM: u32 = 1 << 7;
+
+/// How the host tells the target to wait where the buffer of the log is full (SEGGER RTT).
+const BLOCK_IF_FULL: u32 = 2;
+
+/// From the start of the RTT control block, in its first channel: the buffer's size, the target's
+/// place in it, the host's, and the channel's flags.
+const SIZE: u32 = 32;
+const WRITTEN: u32 = 36;
+const READ: u32 = 40;
+const FLAGS: u32 = 44;
+
+/// A word of the stack that the foot does not use: it is logged that the stack has been so deep.
+const DEEP_IN_THE_STACK: u32 = 0x2000_5000;
+
+fn lines(bytes: &[TimedByte]) -> Vec<String> {
+    let mut decoder = Decoder::new();
+    let frames = bytes
+        .iter()
+        .filter_map(|sent| decoder.push(sent.byte)?.ok());
+    frames
+        .filter_map(|frame| match frame.message {
+            Message::Log(line) => Some(line.text().to_owned()),
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn no_register_holds_a_value_that_the_manual_forbids() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    board.run_for(300 * MILLISECOND).expect("it runs");
+    let now = board.now();
+    let mut machine = board.cpu().machine();
+    let pll = machine.chip.rcc.read(PLLCFGR, now).expect("a register");
+    let divider = (pll & PLLQ) >> 24;
+    assert!((2..=15).contains(&divider), "PLLQ = {divider}");
+    let control = machine.chip.can.read(CAN_MCR, now).expect("a register");
+    assert_eq!(control & TTCM, 0, "CAN_MCR = {control:#x}");
+}
+
+#[test]
+fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    board.inject(Fault::Bus(BusFault::Shorted));
+    board.run_for(500 * MILLISECOND).expect("it runs");
+    let told = lines(&board.take_uart());
+    let name = wire::Fault::CanBusOff.name();
+    assert!(told.iter().any(|line| line == name), "{told:?}");
+    assert_eq!(board.take_can(), []);
+    // A reset of the communication leaves the bus and joins it again, or tries to.
+    for command in [Command::ResetCommunication, Command::StartRemoteNode] {
+        let message = Message::Nmt(NmtRequest(command));
+        board.push_uart(encode(0, &message).as_bytes());
+        board.run_for(250 * MILLISECOND).expect("it runs");
+    }
+    assert_eq!(board.resets(), []);
+    board.inject(Fault::Clear);
+    board.run_for(500 * MILLISECOND).expect("it runs");
+    let sent = board.take_can().len();
+    assert!(sent > 400, "{sent} frames");
+    assert_eq!(board.resets(), []);
+}
+
+#[test]
+fn a_probe_that_is_pulled_does_not_stop_the_foot() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    board.run_for(300 * MILLISECOND).expect("it runs");
+    let block = board.image().symbol("_SEGGER_RTT").expect("the log");
+    let name = board.memory(block, 10);
+    assert_eq!(name.as_deref(), Some(b"SEGGER RTT".as_slice()));
+    let word = |board: &mut Board, offset: u32| {
+        let bytes = board.memory(block + offset, 4).expect("RAM");
+        u32::from_le_bytes(bytes.try_into().expect("a word"))
+    };
+    let write = |board: &mut Board, address: u32, value: u32| {
+        assert!(board.cpu().memory().write(address, &value.to_le_bytes()));
+    };
+    // The host has asked for blocking, has read what there was but four bytes, and is gone.
+    let (size, written) = (word(&mut board, SIZE), word(&mut board, WRITTEN));
+    write(&mut board, block + READ, (written + 4) % size);
+    write(&mut board, block + FLAGS, BLOCK_IF_FULL);
+    write(&mut board, DEEP_IN_THE_STACK, 0);
+    board.take_can();
+    board.run_for(4_000 * MILLISECOND).expect("it runs");
+    assert_eq!(board.resets(), []);
+    assert!(board.take_can().len() > 4_000);
+    let logged = word(&mut board, WRITTEN);
+    assert_ne!(logged, written, "nothing was logged, which is no test");
+}
+
+#[test]
+fn a_frame_whose_length_says_more_than_eight_bytes_has_eight_and_stops_nothing() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    board.run_for(300 * MILLISECOND).expect("it runs");
+    board.take_can();
+    for length in 9..=15 {
+        // A question for the vendor, in an SDO request that is longer than it can be.
+        let mut data = vec![0x40, 0x18, 0x10, 1];
+        data.resize(length, 0);
+        board.push_can(Frame {
+            id: 0x611,
+            extended: false,
+            remote: false,
+            data,
+        });
+        board.run_for(5 * MILLISECOND).expect("it runs");
+    }
+    assert_eq!(board.resets(), []);
+    let sent = board.take_can();
+    let answers = sent.iter().filter(|sent| sent.frame.id == 0x591).count();
+    assert_eq!(answers, 7);
+}
