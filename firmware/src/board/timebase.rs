@@ -5,6 +5,11 @@
 //! interrupt. Channel 3 says that there was none. Channel 4 wakes whoever sleeps for longer than he
 //! should ([`Patience`]). TIM4 counts all captures, with TIM2's trigger
 //! output as its clock, so that too many edges or too few are noticed and cost no interrupts.
+//!
+//! A compare value that the counter has passed does not match before the counter has wrapped, in 71
+//! minutes. So the counter is read again after a value is written. Where it is late, as after the flash
+//! has held everything up, ticks that cannot be served any more are skipped and counted, and a wait
+//! that is over ends at once.
 
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 
@@ -24,6 +29,9 @@ const TICK_MICROS: u32 = 1_000;
 
 /// How long after the tick the edge may come, µs.
 const EDGE_MICROS: u32 = EDGE_LIMIT_US as u32;
+
+/// How late a tick may be served, µs: there is time for an edge before the next one.
+const SERVED_MICROS: u32 = TICK_MICROS - EDGE_MICROS - 100;
 
 /// Channels, counted from 0.
 const EDGE: usize = 0;
@@ -152,7 +160,11 @@ impl Patience {
     pub fn start(micros: u32) -> Self {
         let end = TIM2.cnt().read().wrapping_add(micros);
         TIM2.ccr(PATIENCE).write_value(end);
-        Self { end }
+        let patience = Self { end };
+        if patience.is_over() {
+            TIM2.egr().write(|w| w.set_ccg(PATIENCE, true));
+        }
+        patience
     }
 
     /// Whether it has come to its end.
@@ -201,11 +213,12 @@ fn TIM2() {
             w.set_ccif(DEADLINE, false);
         });
         count_edges();
-        TICKS.store(
-            TICKS.load(Ordering::Relaxed).wrapping_add(1),
-            Ordering::Relaxed,
-        );
+        count_ticks(1);
         wait_for_edge(true);
+        // What has been passed by now will not match.
+        if TIM2.cnt().read().wrapping_sub(tick) >= EDGE_MICROS {
+            catch_up(tick);
+        }
     } else if pending.ccif(EDGE) && enabled.ccie(EDGE) {
         wait_for_edge(false);
         raise(Some(extend(TIM2.ccr(EDGE).read())));
@@ -216,6 +229,40 @@ fn TIM2() {
         // To be awake again is all that is to be done.
         acknowledge(|w| w.set_ccif(PATIENCE, false));
     }
+}
+
+/// Goes on from a tick that is served so late that its edge may have come and gone: with the newest
+/// tick, or without one where that is too late as well.
+#[cold]
+#[inline(never)]
+fn catch_up(mut tick: u32) {
+    loop {
+        let late = TIM2.cnt().read().wrapping_sub(tick);
+        let skipped = late / TICK_MICROS;
+        tick = tick.wrapping_add(skipped * TICK_MICROS);
+        count_ticks(skipped);
+        TIM2.ccr(TICK).write_value(tick.wrapping_add(TICK_MICROS));
+        acknowledge(|w| w.set_ccif(TICK, false));
+        let late = TIM2.cnt().read().wrapping_sub(tick);
+        if late >= TICK_MICROS {
+            continue;
+        }
+        let served = late < SERVED_MICROS;
+        wait_for_edge(served);
+        if served {
+            let end = tick.wrapping_add(late).wrapping_add(EDGE_MICROS);
+            TIM2.ccr(DEADLINE).write_value(end);
+            acknowledge(|w| w.set_ccif(DEADLINE, false));
+        }
+        return;
+    }
+}
+
+fn count_ticks(count: u32) {
+    TICKS.store(
+        TICKS.load(Ordering::Relaxed).wrapping_add(count),
+        Ordering::Relaxed,
+    );
 }
 
 fn count_edges() {
