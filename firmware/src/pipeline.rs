@@ -22,8 +22,9 @@ use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Payload};
 use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage};
 
 use crate::commands;
-use crate::ports::{Bus, BusState, Input, Ports, Request};
+use crate::ports::{Bus, BusState, Erase, Input, Ports, Reloaded, Request, StoreFailed};
 use crate::sampling::{Activity, Measurement, Tick, Trouble};
+use crate::storage::Origin;
 use crate::supervision::{Fading, Hysteresis, Worker};
 use crate::telemetry::Lane;
 
@@ -60,6 +61,8 @@ pub struct Start {
     pub settings_corrupted: bool,
     /// The crystal does not start: there is no CAN.
     pub crystal_missing: bool,
+    /// From which supply voltage on the chip resets itself: 0 off, 1 to 3.
+    pub brown_out_level: u8,
 }
 
 /// Who waits for settings to be stored or forgotten.
@@ -250,6 +253,10 @@ impl Foot {
         if start.settings_corrupted {
             self.raise(Fault::ConfigCorrupted, 0, ports);
         }
+        self.node.set_brown_out_level(start.brown_out_level);
+        if start.brown_out_level == 0 {
+            self.log(WARNING, "brown-out reset is off: see 0x2114", ports);
+        }
         if let Some(crash) = start.crash {
             self.node.set_crash(crash);
             self.raise(crash.fault, crash.program_counter, ports);
@@ -264,7 +271,7 @@ impl Foot {
     }
 
     fn take_inputs<M: RawMutex>(&mut self, ports: &Ports<M>) {
-        if let Some(settings) = ports.take_reloaded() {
+        if let Some(Reloaded { settings, origin }) = ports.take_reloaded() {
             let same = settings.learnt() == self.settings().learnt();
             self.node.set_settings(settings);
             self.renew(match same {
@@ -272,6 +279,10 @@ impl Foot {
                 false => Renewal::Restart,
             });
             self.boot(BootCause::Commanded, ports);
+            match origin {
+                Origin::Corrupted => self.raise(Fault::ConfigCorrupted, 0, ports),
+                Origin::Stored | Origin::Blank => self.clear(Fault::ConfigCorrupted, ports),
+            }
         }
         for taken in 0..INPUTS_PER_TICK {
             let Some(input) = ports.take_input() else {
@@ -329,6 +340,7 @@ impl Foot {
             }
             Input::Bus(state) => self.take_bus_state(*state, ports),
             Input::Stored(result) => self.stored(*result, ports),
+            Input::Protected(result) => self.finish_store(*result, ports),
         }
     }
 
@@ -341,8 +353,12 @@ impl Foot {
                     self.renew(Renewal::Continue);
                 }
             }
-            Event::Store => self.store(asker, Request::Store(self.settings().clone()), ports),
-            Event::Restore => self.store(asker, Request::Restore, ports),
+            Event::Store => {
+                let request = Request::Store(self.settings().clone(), self.erase());
+                self.store(asker, request, ports);
+            }
+            Event::Restore => self.store(asker, Request::Restore(self.erase()), ports),
+            Event::ProtectSupply => self.store(asker, Request::ProtectSupply, ports),
             Event::ResetNode => self.wanted = Some(Request::Reset),
             Event::ResetCommunication => self.wanted = Some(Request::Reload),
             Event::Calibration(Calibration::Forget) => self.renew(Renewal::Restart),
@@ -350,6 +366,14 @@ impl Foot {
             Event::Calibration(Calibration::Keep) => {}
             // The node keeps the load and the time, and knows when it last heard of them.
             Event::Load(_) | Event::State(_) | Event::Sync(_) | Event::Time(_) => {}
+        }
+    }
+
+    /// Process data do not stop for an erase that nobody asked for.
+    fn erase(&self) -> Erase {
+        match self.node.state() {
+            State::Operational => Erase::Refused,
+            _ => Erase::Allowed,
         }
     }
 
@@ -361,20 +385,21 @@ impl Foot {
         }
     }
 
-    fn stored<M: RawMutex>(
-        &mut self,
-        result: Result<(), crate::ports::StoreFailed>,
-        ports: &Ports<M>,
-    ) {
+    fn stored<M: RawMutex>(&mut self, result: Result<(), StoreFailed>, ports: &Ports<M>) {
         match result {
             Ok(()) => {
                 self.clear(Fault::ConfigStore, ports);
                 self.clear(Fault::ConfigCorrupted, ports);
             }
-            Err(_) => self.raise(Fault::ConfigStore, 0, ports),
+            Err(StoreFailed::NeedsErase) => {}
+            Err(why) => self.raise(Fault::ConfigStore, why as u32, ports),
         }
+        self.finish_store(result, ports);
+    }
+
+    fn finish_store<M: RawMutex>(&mut self, result: Result<(), StoreFailed>, ports: &Ports<M>) {
         if let Some(asker) = self.storing.take() {
-            self.answer_store(asker, result.map_err(|_| AbortCode::Hardware), ports);
+            self.answer_store(asker, result.map_err(StoreFailed::abort_code), ports);
         }
     }
 
@@ -640,6 +665,7 @@ impl Foot {
 
 /// Levels of the log.
 const ERROR: u8 = 1;
+const WARNING: u8 = 2;
 const INFORMATION: u8 = 3;
 
 /// Process data are a stream, the contact before all others; emergencies (0x080) and heartbeats
