@@ -243,9 +243,15 @@ impl Foot {
 
     /// On the first tick: the boot-up message, and what is wrong from before.
     fn introduce<M: RawMutex>(&mut self, ports: &Ports<M>) {
-        let Some(start) = self.start.take() else {
-            return;
-        };
+        if let Some(start) = self.start {
+            self.start = None;
+            self.introduce_with(start, ports);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn introduce_with<M: RawMutex>(&mut self, start: Start, ports: &Ports<M>) {
         self.boot(start.cause, ports);
         if start.crystal_missing {
             self.raise(Fault::CrystalMissing, 0, ports);
@@ -271,18 +277,8 @@ impl Foot {
     }
 
     fn take_inputs<M: RawMutex>(&mut self, ports: &Ports<M>) {
-        if let Some(Reloaded { settings, origin }) = ports.take_reloaded() {
-            let same = settings.learnt() == self.settings().learnt();
-            self.node.set_settings(settings);
-            self.renew(match same {
-                true => Renewal::Continue,
-                false => Renewal::Restart,
-            });
-            self.boot(BootCause::Commanded, ports);
-            match origin {
-                Origin::Corrupted => self.raise(Fault::ConfigCorrupted, 0, ports),
-                Origin::Stored | Origin::Blank => self.clear(Fault::ConfigCorrupted, ports),
-            }
+        if let Some(reloaded) = ports.take_reloaded() {
+            self.take_reloaded(reloaded, ports);
         }
         for taken in 0..INPUTS_PER_TICK {
             let Some(input) = ports.take_input() else {
@@ -298,6 +294,23 @@ impl Foot {
             && !ports.request(request.clone())
         {
             self.wanted = Some(request);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn take_reloaded<M: RawMutex>(&mut self, reloaded: Reloaded, ports: &Ports<M>) {
+        let Reloaded { settings, origin } = reloaded;
+        let same = settings.learnt() == self.settings().learnt();
+        self.node.set_settings(settings);
+        self.renew(match same {
+            true => Renewal::Continue,
+            false => Renewal::Restart,
+        });
+        self.boot(BootCause::Commanded, ports);
+        match origin {
+            Origin::Corrupted => self.raise(Fault::ConfigCorrupted, 0, ports),
+            Origin::Stored | Origin::Blank => self.clear(Fault::ConfigCorrupted, ports),
         }
     }
 

@@ -8,8 +8,7 @@
 //!
 //! A compare value that the counter has passed does not match before the counter has wrapped, in 71
 //! minutes. So the counter is read again after a value is written. Where it is late, as after the flash
-//! has held everything up, ticks that cannot be served any more are skipped and counted, and a wait
-//! that is over ends at once.
+//! has held everything up, ticks that cannot be served any more are skipped and counted.
 
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 
@@ -160,14 +159,11 @@ impl Patience {
     pub fn start(micros: u32) -> Self {
         let end = TIM2.cnt().read().wrapping_add(micros);
         TIM2.ccr(PATIENCE).write_value(end);
-        let patience = Self { end };
-        if patience.is_over() {
-            TIM2.egr().write(|w| w.set_ccg(PATIENCE, true));
-        }
-        patience
+        Self { end }
     }
 
-    /// Whether it has come to its end.
+    /// Whether it has come to its end. To be asked before each sleep: where the end has passed before it
+    /// was written, no interrupt comes.
     pub fn is_over(&self) -> bool {
         let left = self.end.wrapping_sub(TIM2.cnt().read());
         left == 0 || left > u32::MAX / 2
