@@ -36,7 +36,7 @@ mod paths;
 mod pins;
 mod random;
 
-pub use fault::Fault;
+pub use fault::{Axis, Fault};
 pub use handle::{I2cError, SharedPart, SimDelay, SimI2c, SimSpi};
 pub use memory::Offence;
 pub use motion::{Interpolation, Motion, Recording, RecordingError, Stimulus};

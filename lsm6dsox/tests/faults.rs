@@ -3,8 +3,8 @@
 mod common;
 
 use common::{QUIET, part, sensor};
-use lsm6dsox::sim::{Fault, Part, PartOptions};
-use lsm6dsox::{Config, Error, FrozenDetector, Lsm6dsox, Pin, register};
+use lsm6dsox::sim::{Axis, Fault, Part, PartOptions};
+use lsm6dsox::{Config, Error, FrozenDetector, Lsm6dsox, Pin, Sensor, register};
 
 const MILLISECOND: u64 = 1_000_000;
 const PRESET: Config = Config::FRESH_KILOHERTZ;
@@ -171,6 +171,103 @@ fn frozen_outputs_say_they_are_fresh_and_the_detector_knows_better() {
 }
 
 #[test]
+fn an_axis_sticks_at_its_code_while_the_others_go_on() {
+    let noisy = PartOptions {
+        noise: true,
+        ..QUIET
+    };
+    let part = part(noisy);
+    let mut sensor = sensor(&part, PRESET);
+    for (sensor, axis, code) in [
+        (Sensor::Accel, Axis::Y, 77),
+        (Sensor::Gyro, Axis::Z, -5),
+        (Sensor::Gyro, Axis::X, 1),
+    ] {
+        part.inject(Fault::AxisStuck { sensor, axis, code });
+    }
+    let mut changed = [false; 6];
+    let mut last = None;
+    for _ in 0..100 {
+        part.advance_by(MILLISECOND);
+        let raw = sensor.sample().unwrap();
+        let ([ax, ay, az], [wx, wy, wz]) = (raw.specific_force.codes, raw.angular_rate.codes);
+        assert_eq!((raw.is_fresh(), ay, wz, wx), (true, 77, -5, 1));
+        let codes = [ax, ay, az, wx, wy, wz];
+        let last = last.replace(codes).unwrap_or(codes);
+        changed = core::array::from_fn(|axis| changed[axis] || codes[axis] != last[axis]);
+    }
+    assert_eq!(changed, [true, false, true, false, true, false]);
+}
+
+#[test]
+fn one_sensor_freezes_while_the_other_goes_on() {
+    let noisy = PartOptions {
+        noise: true,
+        ..QUIET
+    };
+    for frozen in [Sensor::Accel, Sensor::Gyro] {
+        let part = part(noisy);
+        let mut sensor = sensor(&part, PRESET);
+        part.advance_by(MILLISECOND);
+        let before = sensor.sample().unwrap();
+        part.inject(Fault::SensorFrozen(frozen));
+        part.advance_by(10 * MILLISECOND);
+        let after = sensor.sample().unwrap();
+        assert!(after.is_fresh());
+        let same = (
+            before.specific_force == after.specific_force,
+            before.angular_rate == after.angular_rate,
+        );
+        assert_eq!(same, (frozen == Sensor::Accel, frozen == Sensor::Gyro));
+    }
+}
+
+#[test]
+fn a_flipped_register_acts_as_if_it_had_been_written() {
+    let part = part(QUIET);
+    let mut sensor = sensor(&part, PRESET);
+    // The full scale of the accelerometer: 16 g to 4 g.
+    part.inject(Fault::RegisterFlipped {
+        address: register::CTRL1_XL.address,
+        bits: 0x0C,
+    });
+    part.advance_by(MILLISECOND);
+    assert_eq!(sensor.sample().unwrap().specific_force.codes[2], 8197);
+    assert!(matches!(
+        sensor.verify(),
+        Err(Error::ReadBack {
+            register: register::CTRL1_XL,
+            written: 0xA6,
+            read: 0xAA,
+        })
+    ));
+    assert_eq!(sensor.init(&mut part.delay()), Ok(()));
+}
+
+#[test]
+fn glitches_come_beside_the_edges_of_samples() {
+    let part = part(QUIET);
+    let mut sensor = sensor(&part, PRESET);
+    sensor.sample().unwrap();
+    part.inject(Fault::DataReadyGlitches { period_ns: 40_000 });
+    let end = part.now_ns() + 3 * MILLISECOND;
+    let (mut real, mut glitches) = (0, 0);
+    while let Some(edge) = part.next_rising_edge_ns(Pin::Int1).filter(|ns| *ns < end) {
+        part.advance_to(edge - 1);
+        assert!(!part.pin_is_high(Pin::Int1), "at {edge} ns");
+        part.advance_to(edge);
+        assert!(part.pin_is_high(Pin::Int1), "at {edge} ns");
+        let long = part.with(|part| {
+            part.advance_to(edge + 2_000);
+            part.pin_is_high(Pin::Int1)
+        });
+        *(if long { &mut real } else { &mut glitches }) += 1;
+    }
+    assert!((19..=21).contains(&real), "{real}");
+    assert!((30..=45).contains(&glitches), "{glitches}");
+}
+
+#[test]
 fn saturated_codes_are_flagged_and_not_hidden() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
@@ -228,6 +325,13 @@ fn a_part_is_sound_again_when_its_faults_are_gone() {
         Fault::DataReadyLost,
         Fault::DataReadyStorm { period_ns: 1_000 },
         Fault::FrozenOutput,
+        Fault::SensorFrozen(Sensor::Accel),
+        Fault::AxisStuck {
+            sensor: Sensor::Gyro,
+            axis: Axis::X,
+            code: i16::MAX,
+        },
+        Fault::DataReadyGlitches { period_ns: 0 },
         Fault::Saturation,
         Fault::ClockRatio(0.1),
     ] {

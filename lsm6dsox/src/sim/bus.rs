@@ -239,6 +239,18 @@ impl Part {
             return;
         }
         self.memory.write(address, value);
+        self.act_on(address, value);
+    }
+
+    /// Changes bits of a register behind the bus's back.
+    pub(super) fn flip(&mut self, address: u8, bits: u8) {
+        let value = self.memory.read(address) ^ bits;
+        self.memory.force(address, value);
+        self.act_on(address, value);
+    }
+
+    /// What a register's new value starts.
+    fn act_on(&mut self, address: u8, value: u8) {
         if address == register::CTRL3_C.address && ctrl3_c::BOOT.is_set(value) {
             return self.reboot();
         }

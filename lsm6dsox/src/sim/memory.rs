@@ -95,7 +95,12 @@ impl Memory {
 
     /// Puts a value there whatever it is.
     pub(super) fn put(&mut self, register: Register, value: u8) {
-        self.values[usize::from(register.address)] = value;
+        self.force(register.address, value);
+    }
+
+    /// The same by the address.
+    pub(super) fn force(&mut self, address: u8, value: u8) {
+        self.values[usize::from(address & 0x7F)] = value;
     }
 
     pub(super) fn offences(&self) -> &[Offence] {

@@ -6,10 +6,11 @@ use super::batch::{Fifo, Mode};
 use super::bus::{Phase, Update, Words};
 use super::channel::{self, Channel};
 use super::clock::Clock;
-use super::fault::{Fault, Faults};
+use super::fault::{Broken, Fault, Faults};
 use super::handle::SharedPart;
 use super::memory::{Memory, Offence};
 use super::motion::{Motion, Stimulus};
+use super::pins::GLITCH_NS;
 use super::random::Random;
 use crate::fifo::tag;
 use crate::register::{self, ctrl3_c, fifo_ctrl2, fifo_ctrl3, fifo_ctrl4};
@@ -222,7 +223,18 @@ impl Part {
             Fault::DataReadyStorm { period_ns } => {
                 self.faults.storm_period_ns = Some(u64::from(period_ns).max(2));
             }
-            Fault::FrozenOutput => self.faults.frozen = true,
+            Fault::FrozenOutput => {
+                self.faults.accel.frozen = true;
+                self.faults.gyro.frozen = true;
+            }
+            Fault::SensorFrozen(sensor) => self.faults.broken(sensor).frozen = true,
+            Fault::AxisStuck { sensor, axis, code } => {
+                self.faults.broken(sensor).stuck[axis as usize] = Some(code);
+            }
+            Fault::RegisterFlipped { address, bits } => self.flip(address, bits),
+            Fault::DataReadyGlitches { period_ns } => {
+                self.faults.glitch_period_ns = Some(u64::from(period_ns).max(2 * GLITCH_NS));
+            }
             Fault::Saturation => self.faults.saturated = true,
             Fault::ClockRatio(ratio) => self.set_clock_ratio(ratio),
         }
@@ -304,12 +316,12 @@ impl Part {
         }
         if gyro_sample {
             self.gyro_edge_ns = Some(tick_ns);
-            let codes = self.broken(self.gyro.codes);
+            let codes = self.broken(self.faults.gyro, self.gyro.codes);
             self.words.update_gyro(codes, update);
         }
         if accel_sample {
             self.accel_edge_ns = Some(tick_ns);
-            let codes = self.broken(self.accel.codes);
+            let codes = self.broken(self.faults.accel, self.accel.codes);
             self.words.update_accel(codes, update);
         }
         if tick.is_multiple_of(TEMPERATURE_DIVIDER) {
@@ -319,14 +331,15 @@ impl Part {
         self.batch(tick, tick_ps);
     }
 
-    /// The codes as a broken part puts them out; `None` where the old ones stay.
-    const fn broken(&self, codes: [i16; 3]) -> Option<[i16; 3]> {
-        if self.faults.frozen {
+    /// The codes as a broken sensor puts them out; `None` where the old ones stay.
+    fn broken(&self, broken: Broken, codes: [i16; 3]) -> Option<[i16; 3]> {
+        if broken.frozen {
             None
         } else if self.faults.saturated {
             Some([i16::MAX, i16::MIN, i16::MAX])
         } else {
-            Some(codes)
+            let stuck = |axis: usize| broken.stuck[axis].unwrap_or(codes[axis]);
+            Some(core::array::from_fn(stuck))
         }
     }
 

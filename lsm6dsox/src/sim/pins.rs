@@ -8,6 +8,9 @@ use crate::setting::Pin;
 /// A pulsed data-ready, ns \[D\].
 const PULSE_NS: u64 = 75_000;
 
+/// How long a glitch is, ns.
+pub(super) const GLITCH_NS: u64 = 1_000;
+
 impl Part {
     /// Whether accelerometer, gyroscope and watermark drive a pin.
     fn routing(&self, pin: Pin) -> (bool, bool, bool) {
@@ -42,6 +45,17 @@ impl Part {
         if let Some(period) = self.faults.storm_period_ns {
             return self.now_ns % period < period / 2;
         }
+        self.glitches() || self.announces(pin)
+    }
+
+    /// Whether a glitch lifts the pins now.
+    fn glitches(&self) -> bool {
+        let period = self.faults.glitch_period_ns;
+        period.is_some_and(|period| self.now_ns % period < GLITCH_NS)
+    }
+
+    /// Whether what is routed to a pin holds it high.
+    fn announces(&self, pin: Pin) -> bool {
         let (accel, gyro, watermark) = self.routing(pin);
         let recent = |edge: Option<u64>| edge.is_some_and(|edge| self.now_ns < edge + PULSE_NS);
         let (accel_ready, gyro_ready) = if self.pulsed() {
@@ -65,13 +79,23 @@ impl Part {
             return Some((self.now_ns / period + 1) * period);
         }
         let (accel, gyro, _) = self.routing(pin);
-        if !self.pulsed() && self.pin_is_high(pin) {
+        if !self.pulsed() && self.announces(pin) {
             return None;
         }
+        // A glitch in a sample's pulse is no edge.
+        let pulse_end = |routed: bool, edge: Option<u64>| {
+            let edge = edge.filter(|_| routed && self.pulsed());
+            edge.map_or(0, |edge| edge + PULSE_NS - 1)
+        };
+        let low_from = self
+            .now_ns
+            .max(pulse_end(accel, self.accel_edge_ns).max(pulse_end(gyro, self.gyro_edge_ns)));
+        let glitch = self.faults.glitch_period_ns;
+        let glitch = glitch.map(|period| (low_from / period + 1) * period);
         let edge = |routed: bool, channel: &Channel| {
             routed.then(|| self.next_sample_ns(channel)).flatten()
         };
-        [edge(accel, &self.accel), edge(gyro, &self.gyro)]
+        [edge(accel, &self.accel), edge(gyro, &self.gyro), glitch]
             .into_iter()
             .flatten()
             .min()
