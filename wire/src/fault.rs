@@ -32,7 +32,7 @@ pub enum Fault {
     LoadSensorOpen,
     /// The crystal does not start: the board runs on its internal oscillator, with CAN off.
     CrystalMissing,
-    /// The stored configuration was unreadable: defaults are in use.
+    /// The stored configuration was unreadable, or a part of it: an older one or defaults are in use.
     ConfigCorrupted,
     /// The configuration could not be stored.
     ConfigStore,
@@ -174,8 +174,8 @@ impl Fault {
             Self::PdoLength => "bytes received",
             Self::PdoTimeout => "event timer, ms",
             Self::GyroBias => "angular rate at rest, 0.001 °/s",
-            Self::ConfigCorrupted | Self::ConfigStore => "index and sub-index, or 0",
-            Self::CrystalMissing | Self::WatchdogReset => "0",
+            Self::ConfigStore => "0 the flash did not hold it, 1 the supply is below 2.7 V",
+            Self::ConfigCorrupted | Self::CrystalMissing | Self::WatchdogReset => "0",
         }
     }
 

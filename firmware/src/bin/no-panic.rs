@@ -469,7 +469,10 @@ fn node() {
                 };
                 let outcome = node.receive(&frame, Timestamp::from_micros(any()));
                 used(outcome.reply);
-                if matches!(outcome.event, Some(Event::Store | Event::Restore)) {
+                if matches!(
+                    outcome.event,
+                    Some(Event::Store | Event::Restore | Event::ProtectSupply)
+                ) {
                     let result = any_bool().then_some(()).ok_or(wire::AbortCode::Hardware);
                     used(node.finish(result));
                 }
