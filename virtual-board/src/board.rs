@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use lsm6dsox::sim::{Fault as SensorFault, Motion, Part as Sensor, PartOptions, Stimulus};
+use lsm6dsox::sim::{
+    Fault as SensorFault, Motion, Part as Sensor, PartOptions, StartTimes, Stimulus,
+};
 
 use crate::chip::{Chip, ChipOptions, NOMINAL_MV, Transaction};
 use crate::core::cpu::{Cpu, State, UNTOUCHED};
 use crate::core::nvic::exception;
+use crate::corner::Corner;
 use crate::elf::{ElfError, Image};
 use crate::failure::Failure;
 use crate::machine::{Counters, FaultNote, Machine};
@@ -44,6 +47,21 @@ impl Default for BoardOptions {
             sensor: Some(PartOptions::default()),
             load: 0,
             time_base: 0,
+        }
+    }
+}
+
+impl BoardOptions {
+    /// Takes chip and sensor from a corner: the sensor starts as fast or as slowly as parts do, and
+    /// its data line is valid 10, 25 or 50 ns after the clock's edge.
+    pub const fn set_corner(&mut self, corner: Corner) {
+        self.chip.corner = corner;
+        if let Some(sensor) = &mut self.sensor {
+            (sensor.start, sensor.sdo_delay_ns) = match corner {
+                Corner::Fast => (StartTimes::FASTEST, 10),
+                Corner::Typical => (StartTimes::SLOWEST, 25),
+                Corner::Slow => (StartTimes::SLOWEST, 50),
+            };
         }
     }
 }

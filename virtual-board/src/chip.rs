@@ -708,7 +708,7 @@ impl Chip {
 
     /// The sensor takes modes 0 and 3 at no more than 10 MHz.
     fn check_sensor_bus(
-        &self,
+        &mut self,
         index: usize,
         offset: u32,
         value: u32,
@@ -723,6 +723,9 @@ impl Chip {
         }
         if mode == 1 || mode == 2 {
             return Err(format!("the sensor's bus in mode {mode}"));
+        }
+        if let Some(sensor) = &mut self.sensor {
+            sensor.set_bus_clock(rate);
         }
         Ok(())
     }

@@ -177,7 +177,7 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     };
     let elf = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let mut options = BoardOptions::default();
-    options.chip.corner = arguments.corner;
+    options.set_corner(arguments.corner);
     if let Some(sensor) = &mut options.sensor {
         sensor.seed = arguments.seed;
     }

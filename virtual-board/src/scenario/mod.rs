@@ -279,7 +279,7 @@ impl Scenario {
         corner: Corner,
     ) -> Result<Outcome, Problem> {
         let mut options = BoardOptions::default();
-        options.chip.corner = corner;
+        options.set_corner(corner);
         let filled = self.fill(elf)?;
         let at_us = match self.at_power_up {
             true => 0,

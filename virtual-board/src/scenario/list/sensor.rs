@@ -1,7 +1,7 @@
 //! What can go wrong with the sensor and its line.
 
 use lsm6dsox::setting::Sensor::{self as Half, Accel as Accelerometer, Gyro as Gyroscope};
-use lsm6dsox::sim::{Axis, Fault as Sensor, Stimulus};
+use lsm6dsox::sim::{Axis, Fault as Sensor, StartTimes, Stimulus};
 use wire::Fault as Told;
 
 use super::{FOUND_US, ONE_TICK_US, SENSOR, SENSOR_STREAM};
@@ -296,6 +296,56 @@ pub(super) const ROWS: &[Scenario] = &[
         invalid: Invalid::Never,
         tells: Tells::Any,
         note: "learnt at rest",
+        ..SENSOR
+    },
+    Scenario {
+        name: "gyroscope-bias-large",
+        what: "gyroscope off by 15 °/s on each axis from power-up on",
+        board: |options, _| set_bias(options, 15.0),
+        at_power_up: true,
+        phases: 1,
+        lasts_ms: None,
+        blind_us: 500_000,
+        tells: Tells::Fault(Told::GyroBias),
+        note: "more than is learnt",
+        ..SENSOR
+    },
+    Scenario {
+        name: "data-line-late",
+        what: "SPI: data valid 55 ns after the clock's edge, later than half a period at 10 MHz",
+        steps: |_| vec![sensor(Sensor::SdoDelay { ns: 55 })],
+        lasts_ms: None,
+        invalid: Invalid::Never,
+        phases: 1,
+        tells: Tells::Any,
+        note: "goes on at 5 MHz",
+        ..SENSOR
+    },
+    Scenario {
+        name: "data-line-late-at-start",
+        what: "the same from power-up on",
+        steps: |_| vec![sensor(Sensor::SdoDelay { ns: 55 })],
+        at_power_up: true,
+        lasts_ms: None,
+        invalid: Invalid::Never,
+        phases: 1,
+        tells: Tells::Any,
+        note: "goes on at 5 MHz",
+        ..SENSOR
+    },
+    Scenario {
+        name: "sensor-fast",
+        what: "sensor that starts as soon as parts do",
+        board: |options, _| {
+            if let Some(sensor) = &mut options.sensor {
+                sensor.start = StartTimes::FASTEST;
+            }
+        },
+        at_power_up: true,
+        lasts_ms: None,
+        invalid: Invalid::Never,
+        phases: 1,
+        tells: Tells::Any,
         ..SENSOR
     },
 ];
