@@ -349,13 +349,11 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
 
     /// Writes what keeps a part from being read at all, without reading: in another bank `WHO_AM_I`
     /// is another register, and with 3-wire SPI the answers come on the part's input. Neither goes
-    /// away by itself before the part loses its supply.
+    /// away by itself before the part loses its supply. A part that has its configuration keeps it.
     async fn make_readable(&mut self) -> Result<(), Error<SPI::Error>> {
-        const FUNC_CFG_ACCESS: Register = register::FUNC_CFG_ACCESS;
-        const CTRL3_C: Register = register::CTRL3_C;
-        self.write(FUNC_CFG_ACCESS.address, FUNC_CFG_ACCESS.reset)
-            .await?;
-        self.write(CTRL3_C.address, CTRL3_C.reset).await
+        self.write(register::FUNC_CFG_ACCESS.address, 0).await?;
+        self.write(register::CTRL3_C.address, self.config.ctrl3_c())
+            .await
     }
 
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {

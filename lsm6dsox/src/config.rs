@@ -254,7 +254,6 @@ impl Config {
         let Params {
             accel,
             gyro,
-            block_data_update,
             timestamp,
             ..
         } = self.params;
@@ -277,10 +276,7 @@ impl Config {
                 &register::CTRL4_C,
                 ctrl4_c::I2C_DISABLE.mask() | ctrl4_c::LPF1_SEL_G.place(lpf1),
             ),
-            write(
-                &register::CTRL3_C,
-                ctrl3_c::IF_INC.mask() | ctrl3_c::BDU.place(block_data_update as u8),
-            ),
+            write(&register::CTRL3_C, self.ctrl3_c()),
             write(&register::I3C_BUS_AVB, 0),
             write(&register::COUNTER_BDR_REG1, pulsed),
             write(&register::INT1_CTRL, int1),
@@ -326,6 +322,11 @@ impl Config {
                     | ctrl1_xl::LPF2_XL_EN.place(accel.filter.uses_lpf2() as u8),
             ),
         ]
+    }
+
+    /// `CTRL3_C`.
+    pub(crate) const fn ctrl3_c(&self) -> u8 {
+        ctrl3_c::IF_INC.mask() | ctrl3_c::BDU.place(self.params.block_data_update as u8)
     }
 
     /// `COUNTER_BDR_REG1`, `INT1_CTRL` and `INT2_CTRL`.

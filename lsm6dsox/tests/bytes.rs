@@ -54,7 +54,7 @@ const PRESET: [(u8, u8); 23] = [
 
 /// What makes the registers readable, then the identity.
 fn identity(id: u8) -> Vec<Transaction<u8>> {
-    [write(0x01, 0x00), write(0x12, 0x04), read(0x0F, id)].concat()
+    [write(0x01, 0x00), write(0x12, 0x44), read(0x0F, id)].concat()
 }
 
 fn init_until_written() -> Vec<Transaction<u8>> {

@@ -20,6 +20,8 @@ struct Seen {
     reported_after: Option<u64>,
     /// The first report: which fault, and its detail.
     reported: Option<(Fault, u32)>,
+    /// All faults that were reported, also after the fault had gone.
+    all: Vec<Fault>,
     /// Whether a report was withdrawn while the fault lasted.
     withdrawn: bool,
     /// Whether the foot said "stable" at the end, the fault gone for two seconds.
@@ -63,6 +65,11 @@ fn watch(fault: SimFault, moves: Stimulus, phase_ns: u64) -> Seen {
                 .decision()
                 == Decision::Stable;
             seen.stable_at_the_end = stable;
+            let raised = bench
+                .emergencies()
+                .into_iter()
+                .filter(|told| told.code != 0);
+            seen.all.extend(raised.filter_map(|told| told.fault));
             if !(begin..end).contains(&now) {
                 return;
             }
@@ -165,6 +172,15 @@ fn a_foot_that_stands_still_for_ten_minutes_has_no_frozen_axis() {
         },
     );
     assert_eq!(reported, []);
+}
+
+#[test]
+fn a_data_line_that_was_stuck_for_a_while_is_not_taken_for_a_reset_of_the_sensor() {
+    for fault in [SimFault::MisoStuckLow, SimFault::MisoStuckHigh] {
+        let seen = watch(fault, Stimulus::REST, 0);
+        assert_eq!(seen.all, [Fault::SensorWrongId], "{fault:?}");
+        assert!(seen.stable_at_the_end, "{fault:?}");
+    }
 }
 
 #[test]
