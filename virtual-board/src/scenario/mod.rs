@@ -112,6 +112,8 @@ pub struct Scenario {
     pub at_power_up: bool,
     /// How long it lasts, ms; `None` where it happens once or is there to stay.
     pub lasts_ms: Option<u64>,
+    /// How long to wait for what is to come, ms, where that is not as usual.
+    pub patience_ms: Option<u64>,
     /// Until when data are invalid.
     pub invalid: Invalid,
     /// How long it cannot be seen in the data, µs: from then on no frame says "stable".
@@ -323,7 +325,7 @@ impl Scenario {
             watch.run_until(&mut board, end)?;
             board.inject(Fault::Clear);
         }
-        let latest = end.unwrap_or(at) + self.patience_ms() * MILLISECOND;
+        let latest = end.unwrap_or(at) + self.patience() * MILLISECOND;
         let mut well_since = None;
         while board.now() < latest {
             let until = board.now() + 10 * MILLISECOND;
@@ -383,7 +385,8 @@ impl Scenario {
     }
 
     /// How long to wait for all to be well, ms.
-    fn patience_ms(&self) -> u64 {
-        if self.stays() { 1000 } else { 4000 }
+    fn patience(&self) -> u64 {
+        let usual = if self.stays() { 1000 } else { 4000 };
+        self.patience_ms.unwrap_or(usual)
     }
 }

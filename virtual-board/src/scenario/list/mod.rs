@@ -45,6 +45,7 @@ const PLAIN: Scenario = Scenario {
     variants: (0, 0, 1),
     at_power_up: false,
     lasts_ms: None,
+    patience_ms: None,
     invalid: Invalid::Never,
     blind_us: 0,
     noticed_within_us: u64::MAX,

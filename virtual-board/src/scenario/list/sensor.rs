@@ -248,12 +248,14 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "bank-switched",
         what: "FUNC_CFG_ACCESS flips: other registers",
         steps: |_| vec![flipped(0x01, 0x80)],
+        tells: Tells::Fault(Told::SensorWrongId),
         ..FLIPPED
     },
     Scenario {
         name: "three-wire",
         what: "CTRL3_C.SIM flips: nobody drives the data line",
         steps: |_| vec![flipped(0x12, 0x08)],
+        tells: Tells::Fault(Told::SensorWrongId),
         ..FLIPPED
     },
     Scenario {
@@ -305,6 +307,7 @@ pub(super) const ROWS: &[Scenario] = &[
         at_power_up: true,
         phases: 1,
         lasts_ms: None,
+        patience_ms: Some(7_000),
         blind_us: 500_000,
         tells: Tells::Fault(Told::GyroBias),
         note: "more than is learnt",
