@@ -674,7 +674,7 @@ impl Chip {
             Part::Spi(index) => {
                 let pclk = self.pclk_of_spi(index);
                 self.spis[index].write(offset, value, now, pclk)?;
-                self.check_sensor_bus(index, offset, value, pclk)
+                self.check_sensor_bus(index, offset, pclk)
             }
             Part::Usart(index) => {
                 let pclk = self.pclk_of_usart(index);
@@ -706,15 +706,9 @@ impl Chip {
         }
     }
 
-    /// The sensor takes modes 0 and 3 at no more than 10 MHz.
-    fn check_sensor_bus(
-        &mut self,
-        index: usize,
-        offset: u32,
-        value: u32,
-        pclk: u32,
-    ) -> Result<(), String> {
-        if index != 0 || offset != 0 || value & 1 << 6 == 0 {
+    /// The sensor takes bytes in modes 0 and 3 at no more than 10 MHz.
+    fn check_sensor_bus(&mut self, index: usize, offset: u32, pclk: u32) -> Result<(), String> {
+        if index != 0 || offset != 0xC || !self.selected {
             return Ok(());
         }
         let (rate, mode) = (self.spis[0].bit_rate(pclk), self.spis[0].mode());
