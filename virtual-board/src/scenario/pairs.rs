@@ -58,13 +58,11 @@ impl Pair {
         )
     }
 
-    /// Until when data are invalid: until the later of both.
+    /// Until when data are invalid: to the end of what lasts. What ends by itself is looked at after
+    /// resets only.
     const fn invalid(&self) -> Invalid {
         match (self.first.invalid, self.second.invalid) {
             (Invalid::ToTheEnd, _) | (_, Invalid::ToTheEnd) => Invalid::ToTheEnd,
-            (Invalid::ToTheNextSample, _) | (_, Invalid::ToTheNextSample) => {
-                Invalid::ToTheNextSample
-            }
             _ => Invalid::Never,
         }
     }
@@ -73,26 +71,15 @@ impl Pair {
     /// whatever resets it, and all is well afterwards.
     fn scenario(&self) -> Scenario {
         let (first, second) = (self.first, self.second);
-        let blind = |scenario: &Scenario| match scenario.invalid {
+        let blind = |scenario: &Scenario, after: u32| match scenario.invalid {
             Invalid::Never => 0,
-            _ => scenario.blind_us,
+            _ => u64::from(after) + scenario.blind_us,
         };
-        let second_blind = match second.invalid {
-            Invalid::Never => 0,
-            _ => u64::from(self.delay_us) + second.blind_us,
-        };
-        let is_alone = |with: &Scenario| with.lasts_ms.is_some();
         Scenario {
             name: first.name,
             lasts_ms: first.lasts_ms.or(second.lasts_ms),
-            invalid: match self.invalid() {
-                // With an end, that is when they are valid again.
-                Invalid::ToTheNextSample if is_alone(first) || is_alone(second) => {
-                    Invalid::ToTheEnd
-                }
-                invalid => invalid,
-            },
-            blind_us: blind(first).max(second_blind),
+            invalid: self.invalid(),
+            blind_us: blind(first, 0).max(blind(second, self.delay_us)),
             phases: 1,
             tells: Tells::Any,
             with_can: first.with_can && second.with_can,
