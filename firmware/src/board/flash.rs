@@ -77,7 +77,7 @@ impl ConfigFlash {
         Self { _flash: flash }
     }
 
-    /// From the next power-up on the chip resets itself below 2.7 V.
+    /// From the next power-up on the chip resets itself below 2.7 V. It takes as long as an erase.
     ///
     /// # Errors
     /// The supply is too low, or the option bytes do not read back.
@@ -90,6 +90,7 @@ impl ConfigFlash {
         for key in OPTION_KEYS {
             FLASH.optkeyr().write_value(key);
         }
+        watchdog::feed();
         FLASH.optcr().modify(|w| w.set_bor_lev(LEVEL_3));
         FLASH.optcr().modify(|w| w.set_optstrt(true));
         let done = finish();
