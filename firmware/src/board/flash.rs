@@ -42,10 +42,10 @@ const FIRST_SECTOR: u32 = 2;
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 
-/// Bits of FLASH_SR: WRPERR, PGAERR, PGPERR, PGSERR, OPERR.
+/// Bits of `FLASH_SR`: WRPERR, PGAERR, PGPERR, PGSERR, OPERR.
 const ERRORS: u32 = 0xF2;
 
-/// Level 3 in BOR_LEV of FLASH_OPTCR, which counts downwards; 3 there is off.
+/// Level 3 in `BOR_LEV` of `FLASH_OPTCR`, which counts downwards; 3 there is off.
 const LEVEL_3: u8 = 0;
 
 /// The configuration's flash, addressed from 0 to [`SIZE`].
@@ -138,7 +138,7 @@ impl NorFlash for ConfigFlash {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
         let start = inside(offset, bytes.len())?;
         let (words, rest) = bytes.as_chunks::<4>();
-        if start % 4 != 0 || !rest.is_empty() {
+        if !start.is_multiple_of(4) || !rest.is_empty() {
             return Err(REFUSED);
         }
         unlock();
@@ -168,7 +168,7 @@ impl NorFlash for ConfigFlash {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         let length = to.checked_sub(from).ok_or(REFUSED)?;
         inside(from, length as usize)?;
-        if from % PAGE != 0 || length % PAGE != 0 {
+        if !from.is_multiple_of(PAGE) || !length.is_multiple_of(PAGE) {
             return Err(REFUSED);
         }
         for page in from / PAGE..to / PAGE {
