@@ -42,10 +42,10 @@ const FIRST_SECTOR: u32 = 2;
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 
-/// Bits of FLASH_SR: WRPERR, PGAERR, PGPERR, PGSERR, OPERR.
+/// Bits of `FLASH_SR`: WRPERR, PGAERR, PGPERR, PGSERR, OPERR.
 const ERRORS: u32 = 0xF2;
 
-/// Level 3 in BOR_LEV of FLASH_OPTCR, which counts downwards; 3 there is off.
+/// Level 3 in `BOR_LEV` of `FLASH_OPTCR`, which counts downwards; 3 there is off.
 const LEVEL_3: u8 = 0;
 
 /// The configuration's flash, addressed from 0 to [`SIZE`].
@@ -77,7 +77,7 @@ impl ConfigFlash {
         Self { _flash: flash }
     }
 
-    /// From the next power-up on the chip resets itself below 2.7 V.
+    /// From the next power-up on the chip resets itself below 2.7 V. It takes as long as an erase.
     ///
     /// # Errors
     /// The supply is too low, or the option bytes do not read back.
@@ -90,6 +90,7 @@ impl ConfigFlash {
         for key in OPTION_KEYS {
             FLASH.optkeyr().write_value(key);
         }
+        watchdog::feed();
         FLASH.optcr().modify(|w| w.set_bor_lev(LEVEL_3));
         FLASH.optcr().modify(|w| w.set_optstrt(true));
         let done = finish();
@@ -137,7 +138,7 @@ impl NorFlash for ConfigFlash {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
         let start = inside(offset, bytes.len())?;
         let (words, rest) = bytes.as_chunks::<4>();
-        if start % 4 != 0 || !rest.is_empty() {
+        if !start.is_multiple_of(4) || !rest.is_empty() {
             return Err(REFUSED);
         }
         unlock();
@@ -167,7 +168,7 @@ impl NorFlash for ConfigFlash {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         let length = to.checked_sub(from).ok_or(REFUSED)?;
         inside(from, length as usize)?;
-        if from % PAGE != 0 || length % PAGE != 0 {
+        if !from.is_multiple_of(PAGE) || !length.is_multiple_of(PAGE) {
             return Err(REFUSED);
         }
         for page in from / PAGE..to / PAGE {

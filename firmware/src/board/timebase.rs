@@ -32,6 +32,9 @@ const EDGE_MICROS: u32 = EDGE_LIMIT_US as u32;
 /// How late a tick may be served, µs: there is time for an edge before the next one.
 const SERVED_MICROS: u32 = TICK_MICROS - EDGE_MICROS - 100;
 
+/// From one edge to the next, µs.
+const EDGE_PERIOD_MICROS: u32 = 150;
+
 /// Channels, counted from 0.
 const EDGE: usize = 0;
 const TICK: usize = 1;
@@ -249,6 +252,14 @@ fn catch_up(mut tick: u32) {
             let end = tick.wrapping_add(late).wrapping_add(EDGE_MICROS);
             TIM2.ccr(DEADLINE).write_value(end);
             acknowledge(|w| w.set_ccif(DEADLINE, false));
+            // The edges since the tick are not those before it.
+            let since = (late / EDGE_PERIOD_MICROS) as u16;
+            for count in [&EDGES, &EDGES_OF_TICK] {
+                count.store(
+                    count.load(Ordering::Relaxed).wrapping_sub(since),
+                    Ordering::Relaxed,
+                );
+            }
         }
         return;
     }

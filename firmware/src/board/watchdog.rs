@@ -34,7 +34,7 @@ const _: () = assert!(
         > ERASE_MICROS / 1_000 + AFTER_ERASE_MILLIS
 );
 
-/// Looks at IWDG_SR until the settings are taken over, which takes five cycles of the oscillator, at
+/// Looks at `IWDG_SR` until the settings are taken over, which takes five cycles of the oscillator, at
 /// most 300 µs: some 5,000 cycles of the processor just after reset.
 const POLLS: u32 = 2_000;
 

@@ -98,8 +98,8 @@ where
 
     /// The pages in `range`; `None` where it is not two whole ones.
     pub(super) fn new(flash: F, range: &Range<u32>) -> Option<Self> {
-        const { assert!(WORD as usize % F::WRITE_SIZE == 0 && F::READ_SIZE == 1) };
-        let whole = range.start % Self::SIZE == 0 && range.end % Self::SIZE == 0;
+        const { assert!((WORD as usize).is_multiple_of(F::WRITE_SIZE) && F::READ_SIZE == 1) };
+        let whole = [range.start, range.end].map(|end| end.is_multiple_of(Self::SIZE)) == [true; 2];
         let pages = range.end.checked_sub(range.start)? / Self::SIZE;
         (whole && pages >= 2).then_some(Self {
             flash,
@@ -221,7 +221,8 @@ where
                 at = next;
             } else {
                 // Its last byte is written last, and is 0 where the data end before it.
-                let complete = u32::from(length) % WORD != 0 && self.read(next - 1)? == [0];
+                let complete =
+                    !u32::from(length).is_multiple_of(WORD) && self.read(next - 1)? == [0];
                 found.damaged |= complete;
                 at += WORD;
             }

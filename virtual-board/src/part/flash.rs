@@ -147,6 +147,11 @@ impl Flash {
         }
     }
 
+    /// Holds the core up for so long, with its next access to a peripheral.
+    pub const fn hold_up(&mut self, duration: u64) {
+        self.stall += duration;
+    }
+
     /// How long the core has to stand still.
     pub const fn take_stall(&mut self) -> u64 {
         core::mem::replace(&mut self.stall, 0)
