@@ -67,6 +67,18 @@ impl Pair {
         }
     }
 
+    /// By how much later it may be noticed where a debugger halts the core meanwhile, or where what
+    /// was on the bus leaves with a slower clock, µs.
+    const fn standstill_us(&self) -> u64 {
+        if self.first.clock_stops || self.second.clock_stops {
+            55_000
+        } else if self.first.with_can && self.second.with_can {
+            0
+        } else {
+            2_000
+        }
+    }
+
     /// What is asked of both together: no frame says "stable" without data, whatever is told and
     /// whatever resets it, and all is well afterwards.
     fn scenario(&self) -> Scenario {
@@ -79,7 +91,8 @@ impl Pair {
             name: first.name,
             lasts_ms: first.lasts_ms.or(second.lasts_ms),
             invalid: self.invalid(),
-            blind_us: blind(first, 0).max(blind(second, self.delay_us)),
+            blind_us: blind(first, 0).max(blind(second, self.delay_us)) + self.standstill_us(),
+            noticed_within_us: u64::MAX,
             phases: 1,
             tells: Tells::Any,
             with_can: first.with_can && second.with_can,
