@@ -326,6 +326,13 @@ impl AttitudeFilter {
         self.orientation
     }
 
+    /// The angular rate at rest, rad/s, that is too great to be learnt as a bias; `None` where there
+    /// is none.
+    #[must_use]
+    pub fn excess_bias(&self) -> Option<AngularRate> {
+        self.bias.excess().map(AngularRate)
+    }
+
     /// Estimated gyroscope bias, rad/s. Until the sensor has been at rest, that part of it by which the
     /// inclination has had to be corrected.
     #[must_use]

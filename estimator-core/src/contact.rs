@@ -108,6 +108,13 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         self.0.stillness.finish();
     }
 
+    /// The angular rate at rest, rad/s, that is too great to be learnt as a bias of the gyroscope;
+    /// `None` where there is none.
+    #[must_use]
+    pub fn excess_bias(&self) -> Option<AngularRate> {
+        self.0.attitude.excess_bias()
+    }
+
     /// What the foot has taught up to the sample before the newest, or with it after
     /// [`Self::finish`]: to be kept, and given to [`Params::learnt`] for a warm start.
     ///

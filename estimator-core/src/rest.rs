@@ -19,6 +19,10 @@
 //! At the first rest after power-up nothing is known, and what the gyroscope shows is believed up
 //! to [`RestParams::bias_limit`]. More than that is rather a turn, but one that stays the same for
 //! minutes is a bias after all.
+//!
+//! A rate at rest that is not believed for [`REPORTED_AFTER`] seconds is reported, whether it is
+//! waiting to be believed or greater than that: the gyroscope is beyond its data sheet, or the
+//! ground turns.
 
 use crate::attitude::{Continuity, Step};
 use crate::order::Order;
@@ -65,6 +69,9 @@ const LEAST_CONTRADICTION_OF_UNUSUAL: f32 = 20.0;
 /// A rate of more than the limit, but not more than this many times the limit, is taken for a bias
 /// once it has been the same for as long as would contradict a known bias.
 const BEYOND_LIMIT: f32 = 4.0;
+
+/// How long a rate that is beyond the limit must last, without anything known, to be reported, s.
+const REPORTED_AFTER: f32 = 5.0;
 
 /// How much rest makes a bias known, s.
 const KNOWN_AFTER: f32 = 0.5;
@@ -188,6 +195,8 @@ pub(crate) struct BiasEstimator {
     contradicted: f32,
     /// What the gate has opened by, rad/s.
     opening: f32,
+    /// How long a rest has shown a rate beyond the limit while nothing is known, s.
+    unbelieved: f32,
     bias: Vec3,
     beginning: Beginning,
 }
@@ -204,6 +213,7 @@ impl BiasEstimator {
             known: 0.0,
             contradicted: 0.0,
             opening: 0.0,
+            unbelieved: 0.0,
             bias: Vec3::ZERO,
             beginning: Beginning::Still,
         }
@@ -220,7 +230,6 @@ impl BiasEstimator {
         let RestCoefficients {
             duration,
             stillness,
-            bias_limit,
             ..
         } = self.coefficients;
         let dt = step.seconds;
@@ -233,11 +242,11 @@ impl BiasEstimator {
         let still = step.continuity == Continuity::Continuous
             && force_deviation.dot(force_deviation) <= stillness.acceleration_squared
             && rate_deviation.dot(rate_deviation) <= stillness.rate_squared
-            && self.mean_rate.is_within(BEYOND_LIMIT * bias_limit)
             && !self.sways();
         if !still {
             self.beginning = Beginning::Over;
             self.still = 0.0;
+            self.unbelieved = 0.0;
             return;
         }
         self.still = (self.still + dt).lesser(duration);
@@ -261,6 +270,16 @@ impl BiasEstimator {
     }
 
     fn learn(&mut self, dt: f32) {
+        let limit = self.coefficients.bias_limit;
+        let beyond = limit > 0.0 && !self.mean_rate.is_within(limit);
+        self.unbelieved = if beyond && self.learnt == 0.0 {
+            (self.unbelieved + dt).lesser(REPORTED_AFTER)
+        } else {
+            0.0
+        };
+        if !self.mean_rate.is_within(BEYOND_LIMIT * limit) {
+            return;
+        }
         let error = self.mean_rate - self.bias;
         let distance_squared = error.dot(error);
         let gate = GATE + self.opening;
@@ -286,6 +305,11 @@ impl BiasEstimator {
         if distance_squared < GATE * GATE {
             self.opening = 0.0;
         }
+    }
+
+    /// The rate at rest, rad/s, that is too great to be learnt as a bias; `None` where there is none.
+    pub(crate) fn excess(&self) -> Option<Vec3> {
+        (self.unbelieved >= REPORTED_AFTER).then_some(self.mean_rate)
     }
 
     /// Whether the bias rests on rest.
@@ -402,6 +426,34 @@ mod tests {
     }
 
     #[test]
+    fn a_rate_beyond_the_limit_is_reported_with_its_value_until_it_is_known() {
+        for rate in [8.0, 15.0, 30.0, 100.0] {
+            let mut estimator = estimator();
+            estimator.start(UP, Vec3::new(rate * DEGREE, 0.0, 0.0));
+            feed(&mut estimator, rate, 5.4);
+            assert_eq!(estimator.excess(), None, "{rate}");
+            feed(&mut estimator, rate, 0.2);
+            let excess = estimator.excess().expect("reported").x / DEGREE;
+            assert_near(excess, rate, 0.01);
+            feed(&mut estimator, rate, 240.0);
+            assert_eq!(estimator.excess().is_none(), rate < 24.0, "{rate}");
+            // And not while the foot moves.
+            jolt(&mut estimator);
+            assert_eq!(estimator.excess(), None, "{rate}");
+        }
+    }
+
+    #[test]
+    fn a_bias_within_the_limit_is_not_reported_nor_is_a_turn_once_one_is_known() {
+        let mut estimator = estimator();
+        feed(&mut estimator, 5.9, 60.0);
+        assert_eq!(estimator.excess(), None);
+        feed(&mut estimator, 30.0, 60.0);
+        assert_eq!(estimator.excess(), None);
+        assert_near(estimator.bias().x / DEGREE, 5.9, 0.02);
+    }
+
+    #[test]
     fn a_limit_of_zero_keeps_the_bias_from_being_estimated() {
         let params = RestParams {
             bias_limit: 0.0,
@@ -409,6 +461,7 @@ mod tests {
         };
         let mut estimator = BiasEstimator::new(params.validate().expect("valid"));
         assert_near(feed(&mut estimator, 0.5, 600.0), 0.0, 0.0);
+        assert_eq!(estimator.excess(), None);
     }
 
     #[test]

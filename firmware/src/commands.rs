@@ -89,7 +89,9 @@ pub fn answer(node: &mut Node, request: &Question) -> Outcome {
         }
         Question::Set(set) => {
             let (answer, event) = match node.write(set.address, set.value.as_bytes()) {
-                Ok(event @ Some(Event::Store | Event::Restore)) => (None, event),
+                Ok(event @ Some(Event::Store | Event::Restore | Event::ProtectSupply)) => {
+                    (None, event)
+                }
                 Ok(event) => (Some(Answer::Done), event),
                 Err(code) => (Some(Answer::Refused(code)), None),
             };

@@ -34,7 +34,7 @@
 //! | [`sampling::Ticks`]: a timer and the captured edges | [`sampling::run`] |
 //! | a [`Bus`](ports::Bus) that takes frames at once, a task that has [`Ports::send_can`](ports::Ports::send_can) send what waits, one that puts what it received into [`Ports::put`](ports::Ports::put) | CAN |
 //! | a task that takes [`Ports::take_uart`](ports::Ports::take_uart) to the line, one with a [`commands::UartReceiver`] | UART |
-//! | a task that does what [`Ports::next_request`](ports::Ports::next_request) asks for, with an `embedded_storage_async` `NorFlash` in [`storage::Storage`] | settings |
+//! | a task that does what [`Ports::next_request`](ports::Ports::next_request) asks for, with an `embedded_storage` `NorFlash` in [`storage::Storage`] | settings |
 //! | a task that feeds the watchdog where [`supervision::Progress`] says so | supervision |
 //!
 //! No allocation, no `unsafe`, no `cfg`: hosts run the same code against the simulated sensor.

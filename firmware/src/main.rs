@@ -24,13 +24,11 @@ use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
 use embassy_futures::select::{Either, select};
 use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt::{self, InterruptExt};
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Timer, with_timeout};
 use firmware::commands::UartReceiver;
-use firmware::ports::{BusState, Input, Request, UartBatch};
+use firmware::ports::{BusState, Input, Reloaded, Request, UartBatch};
 use firmware::sampling::{self, Sensor};
 use firmware::storage::{Origin, Storage};
 use firmware::supervision::Worker;
@@ -59,8 +57,8 @@ static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 /// How long a bus may take nothing before what waits for it is too old.
 const BUS_PATIENCE: Duration = Duration::from_millis(20);
 
-/// How often the watchdog can be fed: ten times before it bites.
-const FEEDING: Duration = Duration::from_millis(60);
+/// How often the watchdog can be fed.
+const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS as u64);
 
 /// Identifiers of process data: a later one makes an earlier one worthless.
 const PROCESS_DATA: Range<u16> = 0x180..0x580;
@@ -74,10 +72,10 @@ fn main() -> ! {
 
     let board = board::start();
     let mut led = board.led;
-    let Ok(mut storage) = Storage::new(board.flash, 0..board::flash::SIZE) else {
+    let Ok(mut storage) = Storage::new(board.flash, &(0..board::flash::SIZE)) else {
         give_up(&mut led, "the configuration's pages are none");
     };
-    let (settings, origin) = embassy_futures::block_on(storage.load());
+    let (settings, origin) = storage.load();
     let start = Start {
         serial: board.serial,
         cause: match (board.reset, board.crash.is_some()) {
@@ -87,6 +85,7 @@ fn main() -> ! {
         crash: reason_for_start(board.crash, board.reset),
         settings_corrupted: origin == Origin::Corrupted,
         crystal_missing: board.clock == Source::Internal,
+        brown_out_level: board::flash::brown_out_level(),
     };
     introduce(&start, origin);
     let (can_rate, uart_rate) = (settings.can_bit_rate(), settings.uart_rate());
@@ -120,7 +119,7 @@ fn main() -> ! {
 
     THREAD.init(Executor::new()).run(|thread| {
         once(serve_requests(storage, can), |task| thread.spawn(task));
-        once(feed_watchdog(board.watchdog), |task| thread.spawn(task));
+        once(feed_watchdog(), |task| thread.spawn(task));
         once(blink(led), |task| thread.spawn(task));
     })
 }
@@ -250,21 +249,25 @@ async fn receive_uart(mut uart: board::uart::Receiver) {
 async fn serve_requests(mut storage: Settings, mut can: Option<board::can::Control>) {
     loop {
         match PORTS.next_request().await {
-            Request::Store(settings) => {
-                let stored = storage.store(&settings).await;
+            Request::Store(settings, erase) => {
+                let stored = storage.store(&settings, erase);
                 PORTS.put(Input::Stored(stored)).await;
             }
-            Request::Restore => {
-                let forgotten = storage.restore().await;
+            Request::Restore(erase) => {
+                let forgotten = storage.restore(erase);
                 PORTS.put(Input::Stored(forgotten)).await;
             }
+            Request::ProtectSupply => {
+                let protected = storage.flash().protect_supply();
+                PORTS.put(Input::Protected(protected)).await;
+            }
             Request::Reload => {
-                let (settings, _) = storage.load().await;
+                let (settings, origin) = storage.load();
                 if let Some(can) = &mut can {
                     can.set_bit_rate(settings.can_bit_rate());
                 }
                 UART_RATE.signal(settings.uart_rate());
-                PORTS.reload(settings).await;
+                PORTS.reload(Reloaded { settings, origin }).await;
             }
             Request::Reset => cortex_m::peripheral::SCB::sys_reset(),
         }
@@ -273,14 +276,13 @@ async fn serve_requests(mut storage: Settings, mut can: Option<board::can::Contr
 
 /// Feeds the watchdog while everybody gets on, and looks at the stack.
 #[embassy_executor::task]
-async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) {
-    watchdog.unleash();
+async fn feed_watchdog() {
     let mut stack = board::stack::Depth::default();
     loop {
         PORTS.call();
         Timer::after(FEEDING).await;
         if PORTS.progress.all_got_on() {
-            watchdog.pet();
+            board::watchdog::feed();
         }
         if let Some(used) = stack.look() {
             defmt::info!("stack: {} of {} bytes", used, board::stack::size());
@@ -364,7 +366,8 @@ fn once<S>(task: Result<SpawnToken<S>, SpawnError>, spawn: impl FnOnce(SpawnToke
     }
 }
 
-/// What is left where the program contradicts itself: light, and a line in the log.
+/// What is left where the program contradicts itself: light, a line in the log, and the watchdog's
+/// reset.
 fn give_up(led: &mut Output<'static>, why: &str) -> ! {
     led.set_high();
     defmt::error!("cannot start: {=str}", why);

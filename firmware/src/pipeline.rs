@@ -22,8 +22,9 @@ use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Payload};
 use wire::{AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, Settings, Stage};
 
 use crate::commands;
-use crate::ports::{Bus, BusState, Input, Ports, Request};
+use crate::ports::{Bus, BusState, Erase, Input, Ports, Reloaded, Request, StoreFailed};
 use crate::sampling::{Activity, Measurement, Tick, Trouble};
+use crate::storage::Origin;
 use crate::supervision::{Fading, Hysteresis, Worker};
 use crate::telemetry::Lane;
 
@@ -36,6 +37,9 @@ pub const SOUND_TICKS: u16 = 20;
 /// Readings of the load input in which it is connected; at the ends of the 12-bit range it is
 /// open or shorted.
 pub const LOAD_READINGS: core::ops::RangeInclusive<u16> = 16..=4079;
+
+/// Ticks from one look at the gyroscope's bias to the next.
+const BIAS_TICKS: u32 = 1024;
 
 /// Ticks for which a fault that is an event is kept up after it last happened.
 const FADING_TICKS: u16 = 1000;
@@ -60,6 +64,8 @@ pub struct Start {
     pub settings_corrupted: bool,
     /// The crystal does not start: there is no CAN.
     pub crystal_missing: bool,
+    /// From which supply voltage on the chip resets itself: 0 off, 1 to 3.
+    pub brown_out_level: u8,
 }
 
 /// Who waits for settings to be stored or forgotten.
@@ -220,6 +226,9 @@ impl Foot {
         let mut gone = wire::Faults::NONE;
         self.fading.tick(|fault| gone = gone.with(fault));
         gone.iter().for_each(|fault| self.clear(fault, ports));
+        if self.ticks.is_multiple_of(BIAS_TICKS) {
+            self.judge_bias(ports);
+        }
         self.report_progress(measurement, ports);
     }
 
@@ -240,15 +249,25 @@ impl Foot {
 
     /// On the first tick: the boot-up message, and what is wrong from before.
     fn introduce<M: RawMutex>(&mut self, ports: &Ports<M>) {
-        let Some(start) = self.start.take() else {
-            return;
-        };
+        if let Some(start) = self.start {
+            self.start = None;
+            self.introduce_with(start, ports);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn introduce_with<M: RawMutex>(&mut self, start: Start, ports: &Ports<M>) {
         self.boot(start.cause, ports);
         if start.crystal_missing {
             self.raise(Fault::CrystalMissing, 0, ports);
         }
         if start.settings_corrupted {
             self.raise(Fault::ConfigCorrupted, 0, ports);
+        }
+        self.node.set_brown_out_level(start.brown_out_level);
+        if start.brown_out_level == 0 {
+            self.log(WARNING, "brown-out reset is off: see 0x2114", ports);
         }
         if let Some(crash) = start.crash {
             self.node.set_crash(crash);
@@ -264,14 +283,8 @@ impl Foot {
     }
 
     fn take_inputs<M: RawMutex>(&mut self, ports: &Ports<M>) {
-        if let Some(settings) = ports.take_reloaded() {
-            let same = settings.learnt() == self.settings().learnt();
-            self.node.set_settings(settings);
-            self.renew(match same {
-                true => Renewal::Continue,
-                false => Renewal::Restart,
-            });
-            self.boot(BootCause::Commanded, ports);
+        if let Some(reloaded) = ports.take_reloaded() {
+            self.take_reloaded(reloaded, ports);
         }
         for taken in 0..INPUTS_PER_TICK {
             let Some(input) = ports.take_input() else {
@@ -287,6 +300,23 @@ impl Foot {
             && !ports.request(request.clone())
         {
             self.wanted = Some(request);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn take_reloaded<M: RawMutex>(&mut self, reloaded: Reloaded, ports: &Ports<M>) {
+        let Reloaded { settings, origin } = reloaded;
+        let same = settings.learnt() == self.settings().learnt();
+        self.node.set_settings(settings);
+        self.renew(match same {
+            true => Renewal::Continue,
+            false => Renewal::Restart,
+        });
+        self.boot(BootCause::Commanded, ports);
+        match origin {
+            Origin::Corrupted => self.raise(Fault::ConfigCorrupted, 0, ports),
+            Origin::Stored | Origin::Blank => self.clear(Fault::ConfigCorrupted, ports),
         }
     }
 
@@ -329,6 +359,7 @@ impl Foot {
             }
             Input::Bus(state) => self.take_bus_state(*state, ports),
             Input::Stored(result) => self.stored(*result, ports),
+            Input::Protected(result) => self.finish_store(*result, ports),
         }
     }
 
@@ -341,8 +372,12 @@ impl Foot {
                     self.renew(Renewal::Continue);
                 }
             }
-            Event::Store => self.store(asker, Request::Store(self.settings().clone()), ports),
-            Event::Restore => self.store(asker, Request::Restore, ports),
+            Event::Store => {
+                let request = Request::Store(self.settings().clone(), self.erase());
+                self.store(asker, request, ports);
+            }
+            Event::Restore => self.store(asker, Request::Restore(self.erase()), ports),
+            Event::ProtectSupply => self.store(asker, Request::ProtectSupply, ports),
             Event::ResetNode => self.wanted = Some(Request::Reset),
             Event::ResetCommunication => self.wanted = Some(Request::Reload),
             Event::Calibration(Calibration::Forget) => self.renew(Renewal::Restart),
@@ -350,6 +385,14 @@ impl Foot {
             Event::Calibration(Calibration::Keep) => {}
             // The node keeps the load and the time, and knows when it last heard of them.
             Event::Load(_) | Event::State(_) | Event::Sync(_) | Event::Time(_) => {}
+        }
+    }
+
+    /// Process data do not stop for an erase that nobody asked for.
+    fn erase(&self) -> Erase {
+        match self.node.state() {
+            State::Operational => Erase::Refused,
+            _ => Erase::Allowed,
         }
     }
 
@@ -361,20 +404,21 @@ impl Foot {
         }
     }
 
-    fn stored<M: RawMutex>(
-        &mut self,
-        result: Result<(), crate::ports::StoreFailed>,
-        ports: &Ports<M>,
-    ) {
+    fn stored<M: RawMutex>(&mut self, result: Result<(), StoreFailed>, ports: &Ports<M>) {
         match result {
             Ok(()) => {
                 self.clear(Fault::ConfigStore, ports);
                 self.clear(Fault::ConfigCorrupted, ports);
             }
-            Err(_) => self.raise(Fault::ConfigStore, 0, ports),
+            Err(StoreFailed::NeedsErase) => {}
+            Err(why) => self.raise(Fault::ConfigStore, why as u32, ports),
         }
+        self.finish_store(result, ports);
+    }
+
+    fn finish_store<M: RawMutex>(&mut self, result: Result<(), StoreFailed>, ports: &Ports<M>) {
         if let Some(asker) = self.storing.take() {
-            self.answer_store(asker, result.map_err(|_| AbortCode::Hardware), ports);
+            self.answer_store(asker, result.map_err(StoreFailed::abort_code), ports);
         }
     }
 
@@ -479,6 +523,18 @@ impl Foot {
             ] {
                 self.clear(fault, ports);
             }
+        }
+    }
+
+    /// Reports a bias of the gyroscope that is too large to be learnt.
+    #[inline(never)]
+    fn judge_bias<M: RawMutex>(&mut self, ports: &Ports<M>) {
+        match self.estimator.excess_bias() {
+            Some(rate) => {
+                let milli_degrees = rate.0.length() * (1000.0 / lsm6dsox::scale::DEGREE);
+                self.raise(Fault::GyroBias, milli_degrees as u32, ports);
+            }
+            None => self.clear(Fault::GyroBias, ports),
         }
     }
 
@@ -640,6 +696,7 @@ impl Foot {
 
 /// Levels of the log.
 const ERROR: u8 = 1;
+const WARNING: u8 = 2;
 const INFORMATION: u8 = 3;
 
 /// Process data are a stream, the contact before all others; emergencies (0x080) and heartbeats

@@ -6,9 +6,10 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use estimator_core::Timestamp;
 use wire::uart::{self, Payload};
-use wire::{CanFrame, Settings};
+use wire::{AbortCode, CanFrame, Settings};
 
 use crate::commands::Question;
+use crate::storage::Origin;
 use crate::supervision::Progress;
 use crate::telemetry::{Lane, Outlet};
 
@@ -34,11 +35,50 @@ pub enum Input {
     Bus(BusState),
     /// What came of [`Request::Store`] or [`Request::Restore`].
     Stored(Result<(), StoreFailed>),
+    /// What came of [`Request::ProtectSupply`].
+    Protected(Result<(), StoreFailed>),
 }
 
-/// The settings could not be written.
+/// Why the settings, or the brown-out level, could not be written. What was there before still is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StoreFailed;
+pub enum StoreFailed {
+    /// The flash refused, or did not hold what was written.
+    Flash,
+    /// The supply is too low to write flash.
+    SupplyLow,
+    /// A page must be erased first, which was not allowed.
+    NeedsErase,
+}
+
+impl StoreFailed {
+    /// What the one who asked is told.
+    #[must_use]
+    pub const fn abort_code(self) -> AbortCode {
+        match self {
+            Self::Flash | Self::SupplyLow => AbortCode::Hardware,
+            Self::NeedsErase => AbortCode::DeviceState,
+        }
+    }
+}
+
+/// Whether a page of flash may be erased. Meanwhile, for half a second at most, the foot does
+/// nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Erase {
+    /// It may.
+    Allowed,
+    /// It may not: the foot is streaming.
+    Refused,
+}
+
+/// Settings that were loaded again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reloaded {
+    /// They.
+    pub settings: Settings,
+    /// Where they come from.
+    pub origin: Origin,
+}
 
 /// What a CAN controller thinks of its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,9 +104,11 @@ pub type Bus = fn(&CanFrame) -> bool;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Keep these settings, then [`Ports::put`] an [`Input::Stored`].
-    Store(Settings),
+    Store(Settings, Erase),
     /// Forget the kept settings, then [`Ports::put`] an [`Input::Stored`].
-    Restore,
+    Restore(Erase),
+    /// Set the highest brown-out level, then [`Ports::put`] an [`Input::Protected`].
+    ProtectSupply,
     /// Load the kept settings, hand them to [`Ports::reload`], and take up their CAN and UART
     /// rates.
     Reload,
@@ -146,7 +188,7 @@ pub struct Ports<M: RawMutex> {
     uart: UartQueue<M>,
     inputs: Channel<M, Input, 16>,
     requests: Channel<M, Request, 2>,
-    reloaded: Channel<M, Settings, 1>,
+    reloaded: Channel<M, Reloaded, 1>,
     /// Who has got on since the watchdog was last fed.
     pub progress: Progress,
 }
@@ -239,8 +281,8 @@ impl<M: RawMutex> Ports<M> {
     }
 
     /// Answers [`Request::Reload`].
-    pub async fn reload(&self, settings: Settings) {
-        self.reloaded.send(settings).await;
+    pub async fn reload(&self, reloaded: Reloaded) {
+        self.reloaded.send(reloaded).await;
     }
 
     pub(crate) fn push_can(&self, lane: Lane, frame: &CanFrame, bus: Bus) -> u32 {
@@ -265,7 +307,7 @@ impl<M: RawMutex> Ports<M> {
         self.inputs.try_receive().ok()
     }
 
-    pub(crate) fn take_reloaded(&self) -> Option<Settings> {
+    pub(crate) fn take_reloaded(&self) -> Option<Reloaded> {
         if self.reloaded.is_empty() {
             return None;
         }

@@ -2,21 +2,26 @@
 //! whether the sensor is still itself.
 //!
 //! [`run`] never misses a tick for the sensor's sake. While the sensor is being initialised, which
-//! takes 55 ms of waiting, both run side by side: every tick is served with "no sample", and the
+//! takes 100 ms of waiting, both run side by side: every tick is served with "no sample", and the
 //! initialisation goes on between them. Ticks and initialisation never use the bus together,
 //! because without a running sensor a tick has nothing to read.
 //!
 //! | what is wrong | how it is noticed | after at most |
 //! |---|---|---|
 //! | no edge, nothing new, a status that no part sends, a transfer that fails | three bad ticks within twenty | 3 ticks |
-//! | outputs that repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 4 ticks |
-//! | another identity, data rates gone, as after a reset | read back in turns, one register a tick | 4 ticks |
-//! | any other register of the configuration | as above | 64 ticks |
+//! | all outputs repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 4 ticks |
+//! | the outputs of one sensor, or of one axis, repeat | [`FrozenDetector`] | 20 to 90 ticks |
+//! | another identity, data rates gone, as after a reset | read back in turns, one register a tick | 3 ticks |
+//! | any other register of the configuration | as above, [`READ_BACK_TICKS`] for all of them | 66 ticks |
 //! | edges too many or too few, where they are counted | three bad ticks within twenty | 3 ticks |
 //! | at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
+//! After [`SLOW_AFTER`] failures to read identity or registers right, the clock of the bus is halved:
+//! at full speed the slowest data line that the part may have leaves no time to read it.
+//!
 //! From the first bad tick on its sample is flagged, so that the estimate says "not stable" before
-//! the fault has a name.
+//! the fault has a name. After outputs have repeated, samples stay flagged until each axis has
+//! changed: an axis that is still stuck never gets to be believed again.
 
 use core::future::poll_fn;
 use core::pin::pin;
@@ -27,7 +32,7 @@ use embedded_hal_async::spi::SpiDevice;
 use estimator_core::{ImuSample, Timestamp, Validity};
 use lsm6dsox::asynch::{BOOT_MICROS, Lsm6dsox};
 use lsm6dsox::config::Write;
-use lsm6dsox::{Error, FrozenDetector, RawSample, SelfTest};
+use lsm6dsox::{Error, FrozenDetector, RawSample, SelfTest, SetSpiClock, SpiClock};
 use wire::Fault;
 
 use crate::imu;
@@ -40,7 +45,7 @@ pub const EDGE_LIMIT_US: u64 = 200;
 /// 10 % of the sensor's clock.
 const EDGES: core::ops::RangeInclusive<u16> = 5..=8;
 
-/// How often a sample may repeat before the sensor counts as frozen. With the noise of the preset
+/// How often a sample may repeat, with all six codes, before the sensor counts as frozen. With the noise of the preset
 /// all six codes repeat by chance once in 137 000 samples at rest, three times in a row once in
 /// 80 000 years; with half of that noise it would be three times a year. Four repeats would take
 /// up to 5.0 ms, and the eight that [`FrozenDetector`] waits for, 9.
@@ -64,8 +69,17 @@ const SETTLED_TICKS: u32 = 1000;
 /// The first and the longest wait between two attempts to start the sensor, ticks.
 const BACK_OFF_TICKS: (u32, u32) = (10, 1000);
 
+/// Wrong identities or registers in a row after which the bus is slowed down, until the board starts
+/// again: the sensor's data line may be too slow for the clock.
+const SLOW_AFTER: u32 = 3;
+
 /// The configuration of the sensor as it was written; data rates come last.
 static WRITES: [Write; imu::SENSOR.writes().len()] = imu::SENSOR.writes();
+
+/// Ticks in which every register of the configuration is read back.
+pub const READ_BACK_TICKS: usize = 3 * (WRITES.len() - 1);
+
+const _: () = assert!(READ_BACK_TICKS == 66);
 
 /// A tick of the timer that is master of the sampling, as the board saw it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -140,6 +154,17 @@ pub struct Sensor<SPI> {
     watch: Watch,
     activity: Activity,
     restarts: u32,
+    standing: Standing,
+}
+
+/// Whether the sensor's samples are believed from the first one after its start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Standing {
+    /// They are.
+    #[default]
+    Trusted,
+    /// Its outputs have repeated: only once each axis has changed.
+    OnProbation,
 }
 
 /// What the recent ticks were like.
@@ -170,11 +195,14 @@ enum Doubt {
     Status(u8),
     /// The transfer failed.
     Bus,
-    /// The sample repeats the one before, and not for the first time.
+    /// The sample repeats the one before, and not for the first time, or some of its axes have for
+    /// long.
     Repeat,
+    /// An axis has not changed since the start, which has followed repeats.
+    Unproven,
 }
 
-impl<SPI: SpiDevice> Sensor<SPI> {
+impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
     /// A sensor that has not been touched yet.
     pub fn new(spi: SPI) -> Self {
         Self {
@@ -182,6 +210,7 @@ impl<SPI: SpiDevice> Sensor<SPI> {
             watch: Watch::default(),
             activity: Activity::Starting,
             restarts: 0,
+            standing: Standing::Trusted,
         }
     }
 
@@ -191,7 +220,10 @@ impl<SPI: SpiDevice> Sensor<SPI> {
         let read = self.driver.sample().await;
         let time = tick.edge.unwrap_or(tick.time);
         let (raw, doubt) = match read {
-            Ok(raw) => (Some(raw), self.watch.doubt(tick, &raw)),
+            Ok(raw) => {
+                let doubt = self.watch.doubt(tick, &raw);
+                (Some(raw), doubt.or_else(|| self.unproven()))
+            }
             Err(Error::Status { read, .. }) => (None, Some(Doubt::Status(read))),
             Err(_) => (None, Some(Doubt::Bus)),
         };
@@ -206,8 +238,11 @@ impl<SPI: SpiDevice> Sensor<SPI> {
         if doubt.is_some() && sample.validity != Validity::Invalid {
             sample.validity = Validity::Stale;
         }
-        if trouble.is_some() {
+        if let Some(trouble) = trouble {
             sample.validity = Validity::Invalid;
+            if trouble.fault == Fault::SensorFrozen {
+                self.standing = Standing::OnProbation;
+            }
         }
         Measurement {
             sample,
@@ -217,6 +252,18 @@ impl<SPI: SpiDevice> Sensor<SPI> {
             saturated_for_long: self.watch.saturated_ticks >= SATURATED_TICKS,
             restarts: self.restarts,
         }
+    }
+
+    /// Whether a sensor on probation has yet to show that each axis is alive.
+    fn unproven(&mut self) -> Option<Doubt> {
+        if self.standing == Standing::Trusted {
+            return None;
+        }
+        if self.watch.frozen.every_axis_has_changed() {
+            self.standing = Standing::Trusted;
+            return None;
+        }
+        Some(Doubt::Unproven)
     }
 
     /// What stands in for a sample while there is none.
@@ -231,18 +278,17 @@ impl<SPI: SpiDevice> Sensor<SPI> {
         }
     }
 
-    /// Every other tick the identity or a data rate, which are what a failed sensor loses;
-    /// in between the rest of the configuration, one after the other. A difference counts once it
+    /// The identity, a data rate, which are what a failed sensor loses, and one register of the rest
+    /// of the configuration, in turns. A difference counts once it
     /// has been read twice, and the identity is not that of a line at rest: then there is nothing
     /// new to read either, and bad ticks tell.
     async fn look_at_one_register(&mut self, now: Timestamp) -> Option<Trouble> {
         let turn = self.watch.turn;
-        let which = match turn % 4 {
-            0 => None,
-            2 => WRITES.len().checked_sub(1),
-            _ => (turn / 2).checked_rem(WRITES.len()),
+        let write = match (turn % 3, WRITES.split_last()) {
+            (0, _) | (_, None) => None,
+            (1, Some((last, _))) => Some(*last),
+            (_, Some((_, rest))) => rest.get(turn / 3 % (WRITES.len() - 1)).copied(),
         };
-        let write = which.and_then(|which| WRITES.get(which).copied());
         for _ in 0..2 {
             let result = match write {
                 None => self.driver.check_identity().await,
@@ -274,9 +320,9 @@ impl<SPI: SpiDevice> Sensor<SPI> {
             return self.trouble_of(&error);
         }
         match doubt {
-            Doubt::Repeat => Trouble::new(Fault::SensorFrozen, silent_us),
+            Doubt::Repeat => Trouble::new(Fault::SensorFrozen, self.watch.frozen_axes()),
             Doubt::Edge if without_edge >= 3 => silence,
-            Doubt::Edge | Doubt::Rate | Doubt::Stale => {
+            Doubt::Edge | Doubt::Rate | Doubt::Stale | Doubt::Unproven => {
                 Trouble::new(Fault::SensorTiming, self.watch.bad_ticks)
             }
             Doubt::Status(read) => self.trouble_of(&Error::Status {
@@ -379,13 +425,23 @@ impl Watch {
             Some(Doubt::Edge)
         } else if !raw.is_fresh() {
             Some(Doubt::Stale)
-        } else if self.frozen.repeats() >= DOUBTFUL_REPEATS {
+        } else if self.frozen.repeats() >= DOUBTFUL_REPEATS || self.frozen.frozen() != 0 {
             Some(Doubt::Repeat)
         } else if tick.missed == 0 && tick.edges.is_some_and(|edges| !EDGES.contains(&edges)) {
             Some(Doubt::Rate)
         } else {
             None
         }
+    }
+
+    /// Bit *i*: axis *i* repeats, in the order ax ay az wx wy wz.
+    fn frozen_axes(&self) -> u32 {
+        let axes = if self.frozen.repeats() >= FROZEN_REPEATS {
+            FrozenDetector::EVERY_AXIS
+        } else {
+            self.frozen.frozen()
+        };
+        u32::from(axes)
     }
 
     /// Adds a tick to the count; gives the doubt back where it was one too many.
@@ -398,9 +454,11 @@ impl Watch {
             return None;
         };
         self.bad_ticks = self.bad_ticks.saturating_add(1);
-        if doubt == Doubt::Repeat {
+        match doubt {
             // Counted by the detector itself.
-            return (self.frozen.repeats() >= FROZEN_REPEATS).then_some(doubt);
+            Doubt::Repeat => return (self.frozen_axes() != 0).then_some(doubt),
+            Doubt::Unproven => return None,
+            _ => {}
         }
         self.badness = self.badness.saturating_add(BAD_TICK);
         (self.badness >= TOO_BAD).then_some(doubt)
@@ -410,7 +468,7 @@ impl Watch {
 /// Runs the sensor for ever: starts it, with its self-test where `self_test` says so, reads it
 /// each tick, and starts it again when it has failed, after waits that double from 10 ms to 1 s.
 /// `each` gets every tick with what it gave.
-pub async fn run<SPI: SpiDevice>(
+pub async fn run<SPI: SpiDevice + SetSpiClock>(
     mut sensor: Sensor<SPI>,
     mut delay: impl DelayNs,
     mut ticks: impl Ticks,
@@ -418,6 +476,7 @@ pub async fn run<SPI: SpiDevice>(
     mut each: impl FnMut(&Tick, &Measurement),
 ) -> ! {
     let mut failures = 0_u32;
+    let mut misread = 0_u32;
     loop {
         let (activity, restarts) = (sensor.activity, sensor.restarts);
         let mut started = alongside(sensor.start(&mut delay), &mut ticks, |tick| {
@@ -432,27 +491,40 @@ pub async fn run<SPI: SpiDevice>(
             .await;
             self_test = started.is_err();
         }
+        let mut reason = None;
         let mut news = match started {
             Ok(trouble) => {
                 sensor.activity = Activity::Measuring;
                 trouble
             }
-            Err(trouble) => Some(trouble),
+            Err(trouble) => {
+                reason = Some(trouble.fault);
+                Some(trouble)
+            }
         };
         while sensor.activity == Activity::Measuring {
             let tick = ticks.next().await;
             let mut measurement = sensor.measure(&tick).await;
-            if measurement.trouble.is_some() {
+            if let Some(trouble) = measurement.trouble {
                 sensor.activity = Activity::Recovering;
+                reason = Some(trouble.fault);
             }
             measurement.trouble = measurement.trouble.or_else(|| news.take());
             if sensor.watch.good_ticks >= SETTLED_TICKS {
                 failures = 0;
+                misread = 0;
             }
             each(&tick, &measurement);
         }
         // A first failure is followed by another attempt at once.
         let (first, longest) = BACK_OFF_TICKS;
+        misread = match reason {
+            Some(Fault::SensorWrongId | Fault::SensorConfigMismatch) => misread.saturating_add(1),
+            _ => 0,
+        };
+        if misread == SLOW_AFTER {
+            sensor.driver.bus().set_spi_clock(SpiClock::Half);
+        }
         let wait = match failures {
             0 if news.is_none() => 0,
             failures => (first << failures.min(10)).min(longest),

@@ -18,8 +18,11 @@ use crate::timestamp::{FrequencyFine, SensorTimestamp};
 /// From power-up until the part answers, µs \[P example\].
 pub const BOOT_MICROS: u32 = 10_000;
 
-/// From the gyroscope's start until its samples can be used, µs \[D\].
-pub const TURN_ON_MICROS: u32 = 35_000;
+/// From the gyroscope's start until its samples can be used, µs: up to 70 ms from power-down to
+/// high performance, as ST gives it for a sibling (AN5040, LSM6DSL, turn-on time), and three
+/// periods of the narrowest cut-off of [`Params::FRESH_KILOHERTZ`](crate::Params::FRESH_KILOHERTZ)
+/// for its filter. The first samples come after 35 ms \[D\].
+pub const TURN_ON_MICROS: u32 = 80_000;
 
 /// Between two looks at `SW_RESET`, µs.
 const RESET_POLL_MICROS: u32 = 100;
@@ -55,20 +58,27 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         &self.config
     }
 
+    /// The bus, to be set otherwise between two transfers.
+    pub const fn bus(&mut self) -> &mut SPI {
+        &mut self.spi
+    }
+
     /// Gives the bus back.
     pub fn release(self) -> SPI {
         self.spi
     }
 
-    /// Brings the part from any state into the configuration: waits for its boot, checks its
-    /// identity, resets it, writes the configuration and reads it back, and waits for the
-    /// gyroscope's turn-on: the next sample can be used. May be called again at any time.
+    /// Brings the part from any state into the configuration: waits for its boot, leaves other
+    /// register banks and 3-wire SPI, checks its identity, resets it, writes the configuration and
+    /// reads it back, and waits for the gyroscope's turn-on: the next sample can be used. May be
+    /// called again at any time.
     ///
     /// # Errors
     /// The first register that does not hold what it should.
     pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
         self.held = None;
         delay.delay_us(BOOT_MICROS).await;
+        self.make_readable().await?;
         self.check_identity().await?;
         self.reset(delay).await?;
         let config = self.config;
@@ -96,7 +106,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::Identity`] with what was read instead.
     pub async fn check_identity(&mut self) -> Result<(), Error<SPI::Error>> {
-        let read = self.read(register::WHO_AM_I).await?;
+        let read = self.read(register::WHO_AM_I.address).await?;
         if read == register::WHO_AM_I.reset {
             Ok(())
         } else {
@@ -124,12 +134,12 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::ReadBack`] where it differs.
     pub async fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
-        let read = self.read(write.register).await?;
+        let read = self.read(write.register.address).await?;
         if read == write.value {
             Ok(())
         } else {
             Err(Error::ReadBack {
-                register: write.register,
+                register: *write.register,
                 written: write.value,
                 read,
             })
@@ -159,7 +169,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`Error::Status`] where what came back cannot be a status.
     pub async fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
         let register = register::STATUS_REG;
-        let read = self.read(register).await?;
+        let read = self.read(register.address).await?;
         Status::from_bits(read).ok_or(Error::Status { register, read })
     }
 
@@ -179,7 +189,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// Those of the bus.
     pub async fn reset_timestamp(&mut self) -> Result<(), Error<SPI::Error>> {
-        self.write(register::TIMESTAMP2, register::TIMESTAMP_RESET)
+        self.write(register::TIMESTAMP2.address, register::TIMESTAMP_RESET)
             .await
     }
 
@@ -188,7 +198,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// Those of the bus.
     pub async fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
-        let read = self.read(register::INTERNAL_FREQ_FINE).await?;
+        let read = self.read(register::INTERNAL_FREQ_FINE.address).await?;
         Ok(FrequencyFine(i8::from_le_bytes([read])))
     }
 
@@ -244,9 +254,18 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`Error::ReadBack`] with the data rate that did not take.
     pub async fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
         self.held = None;
-        let off = |register| Write { register, value: 0 };
-        for write in [off(register::CTRL1_XL), off(register::CTRL2_G)] {
-            self.write(write.register, write.value).await?;
+        const OFF: [Write; 2] = [
+            Write {
+                register: &register::CTRL1_XL,
+                value: 0,
+            },
+            Write {
+                register: &register::CTRL2_G,
+                value: 0,
+            },
+        ];
+        for write in OFF {
+            self.write(write.register.address, write.value).await?;
             self.check(write).await?;
         }
         Ok(())
@@ -291,9 +310,9 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         self.reset(delay).await?;
         self.apply(config).await?;
         let off = self.settled_mean(config, delay).await?;
-        self.write(register::CTRL5_C, signal).await?;
+        self.write(register::CTRL5_C.address, signal).await?;
         let on = self.settled_mean(config, delay).await?;
-        self.write(register::CTRL5_C, 0).await?;
+        self.write(register::CTRL5_C.address, 0).await?;
         Ok((off, on))
     }
 
@@ -328,13 +347,22 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         Err(Error::DataReadyTimeout { read })
     }
 
+    /// Writes what keeps a part from being read at all, without reading: in another bank `WHO_AM_I`
+    /// is another register, and with 3-wire SPI the answers come on the part's input. Neither goes
+    /// away by itself before the part loses its supply. A part that has its configuration keeps it.
+    async fn make_readable(&mut self) -> Result<(), Error<SPI::Error>> {
+        self.write(register::FUNC_CFG_ACCESS.address, 0).await?;
+        self.write(register::CTRL3_C.address, self.config.ctrl3_c())
+            .await
+    }
+
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
         let written = register::CTRL3_C.reset | ctrl3_c::SW_RESET.mask();
-        self.write(register::CTRL3_C, written).await?;
+        self.write(register::CTRL3_C.address, written).await?;
         let mut read = written;
         for _ in 0..RESET_POLLS {
             delay.delay_us(RESET_POLL_MICROS).await;
-            read = self.read(register::CTRL3_C).await?;
+            read = self.read(register::CTRL3_C.address).await?;
             if !ctrl3_c::SW_RESET.is_set(read) {
                 return Ok(());
             }
@@ -344,7 +372,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
 
     async fn apply(&mut self, config: &Config) -> Result<(), Error<SPI::Error>> {
         for Write { register, value } in config.writes() {
-            self.write(register, value).await?;
+            self.write(register.address, value).await?;
         }
         self.verify_as(config).await
     }
@@ -362,8 +390,8 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         decode(&frame, config)
     }
 
-    async fn read(&mut self, register: Register) -> Result<u8, Error<SPI::Error>> {
-        let mut frame = [register.read_address(), 0];
+    async fn read(&mut self, address: u8) -> Result<u8, Error<SPI::Error>> {
+        let mut frame = [address | Register::READ, 0];
         // As in `sample`.
         let mut operations = [Operation::TransferInPlace(&mut frame)];
         self.spi.transaction(&mut operations).await?;
@@ -371,8 +399,8 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         Ok(value)
     }
 
-    async fn write(&mut self, register: Register, value: u8) -> Result<(), Error<SPI::Error>> {
-        Ok(self.spi.write(&[register.address, value]).await?)
+    async fn write(&mut self, address: u8, value: u8) -> Result<(), Error<SPI::Error>> {
+        Ok(self.spi.write(&[address, value]).await?)
     }
 
     async fn transfer(&mut self, frame: &mut [u8]) -> Result<(), Error<SPI::Error>> {

@@ -172,7 +172,7 @@ pub struct Config {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Write {
     /// Where.
-    pub register: Register,
+    pub register: &'static Register,
     /// What.
     pub value: u8,
 }
@@ -222,7 +222,7 @@ impl Config {
     }
 
     /// How many registers a configuration takes.
-    pub const WRITES: usize = 16;
+    pub const WRITES: usize = 23;
 
     /// The settings as they were given.
     #[must_use]
@@ -244,13 +244,16 @@ impl Config {
     }
 
     /// The configuration as register values, in the order in which they are written after a
-    /// reset: foreign interfaces off first, data rates last.
+    /// reset: the register bank and foreign interfaces first, data rates last.
+    ///
+    /// Registers that this configuration leaves as after a reset are in it where another value
+    /// would void the data: self-test, high-pass filter and low power of the gyroscope, user
+    /// offsets, pins.
     #[must_use]
     pub const fn writes(&self) -> [Write; Self::WRITES] {
         let Params {
             accel,
             gyro,
-            block_data_update,
             timestamp,
             ..
         } = self.params;
@@ -264,54 +267,66 @@ impl Config {
         let low_power = matches!(accel.odr, Odr::Hz1_6);
         let fs_125 = matches!(gyro.full_scale, GyroFullScale::Dps125);
         [
+            write(&register::FUNC_CFG_ACCESS, 0),
             write(
-                register::CTRL9_XL,
+                &register::CTRL9_XL,
                 register::CTRL9_XL.reset | ctrl9_xl::I3C_DISABLE.mask(),
             ),
             write(
-                register::CTRL4_C,
+                &register::CTRL4_C,
                 ctrl4_c::I2C_DISABLE.mask() | ctrl4_c::LPF1_SEL_G.place(lpf1),
             ),
+            write(&register::CTRL3_C, self.ctrl3_c()),
+            write(&register::I3C_BUS_AVB, 0),
+            write(&register::COUNTER_BDR_REG1, pulsed),
+            write(&register::INT1_CTRL, int1),
+            write(&register::INT2_CTRL, int2),
             write(
-                register::CTRL3_C,
-                ctrl3_c::IF_INC.mask() | ctrl3_c::BDU.place(block_data_update as u8),
-            ),
-            write(register::I3C_BUS_AVB, 0),
-            write(register::COUNTER_BDR_REG1, pulsed),
-            write(register::INT1_CTRL, int1),
-            write(register::INT2_CTRL, int2),
-            write(
-                register::CTRL6_C,
+                &register::CTRL6_C,
                 ctrl6_c::FTYPE.place(ftype) | ctrl6_c::XL_HM_MODE.place(low_power as u8),
             ),
             write(
-                register::CTRL8_XL,
+                &register::CTRL8_XL,
                 ctrl8_xl::HPCF_XL.place(accel.filter.code()),
             ),
+            write(&register::PIN_CTRL, register::PIN_CTRL.reset),
+            write(&register::CTRL5_C, 0),
+            write(&register::CTRL7_G, 0),
+            write(&register::X_OFS_USR, 0),
+            write(&register::Y_OFS_USR, 0),
+            write(&register::Z_OFS_USR, 0),
             write(
-                register::CTRL10_C,
+                &register::CTRL10_C,
                 ctrl10_c::TIMESTAMP_EN.place(timestamp as u8),
             ),
-            write(register::FIFO_CTRL1, fifo_ctrl1::WTM.place(watermark_low)),
-            write(register::FIFO_CTRL2, fifo_ctrl2::WTM8.place(watermark_high)),
+            write(&register::FIFO_CTRL1, fifo_ctrl1::WTM.place(watermark_low)),
             write(
-                register::FIFO_CTRL3,
+                &register::FIFO_CTRL2,
+                fifo_ctrl2::WTM8.place(watermark_high),
+            ),
+            write(
+                &register::FIFO_CTRL3,
                 fifo_ctrl3::BDR_XL.place(bdr_xl) | fifo_ctrl3::BDR_GY.place(bdr_gy),
             ),
-            write(register::FIFO_CTRL4, mode),
+            write(&register::FIFO_CTRL4, mode),
             write(
-                register::CTRL2_G,
+                &register::CTRL2_G,
                 ctrl2_g::ODR_G.place(gyro.odr.code())
                     | ctrl2_g::FS_G.place(gyro.full_scale.code())
                     | ctrl2_g::FS_125.place(fs_125 as u8),
             ),
             write(
-                register::CTRL1_XL,
+                &register::CTRL1_XL,
                 ctrl1_xl::ODR_XL.place(accel.odr.code())
                     | ctrl1_xl::FS_XL.place(accel.full_scale.code())
                     | ctrl1_xl::LPF2_XL_EN.place(accel.filter.uses_lpf2() as u8),
             ),
         ]
+    }
+
+    /// `CTRL3_C`.
+    pub(crate) const fn ctrl3_c(&self) -> u8 {
+        ctrl3_c::IF_INC.mask() | ctrl3_c::BDU.place(self.params.block_data_update as u8)
     }
 
     /// `COUNTER_BDR_REG1`, `INT1_CTRL` and `INT2_CTRL`.
@@ -363,7 +378,7 @@ impl Config {
     }
 }
 
-const fn write(register: Register, value: u8) -> Write {
+const fn write(register: &'static Register, value: u8) -> Write {
     Write { register, value }
 }
 
@@ -407,7 +422,7 @@ mod tests {
         let mut found = config
             .writes()
             .into_iter()
-            .filter(|w| w.register == register);
+            .filter(|w| *w.register == register);
         let value = found.next().unwrap().value;
         assert!(found.next().is_none(), "{} is written twice", register.name);
         value

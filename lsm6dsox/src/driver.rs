@@ -21,7 +21,39 @@ use crate::timestamp::{FrequencyFine, SensorTimestamp};
 pub const SPI_MODE: Mode = MODE_3;
 
 /// The fastest clock of the part's SPI, Hz \[D\]. Clock dividers that round up go beyond it.
+///
+/// On a sibling the data line is valid up to 50 ns after the clock's edge (LSM6DSL, SPI slave timing,
+/// `tv(SO)`), which is the whole half period: at this clock a slow part leaves the master's setup time
+/// nothing. [`SpiClock::Half`] leaves 50 ns.
 pub const SPI_MAX_HERTZ: u32 = 10_000_000;
+
+/// The clock of the part's SPI.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SpiClock {
+    /// [`SPI_MAX_HERTZ`].
+    #[default]
+    Full,
+    /// Half of it.
+    Half,
+}
+
+impl SpiClock {
+    /// Hz.
+    #[must_use]
+    pub const fn hertz(self) -> u32 {
+        match self {
+            Self::Full => SPI_MAX_HERTZ,
+            Self::Half => SPI_MAX_HERTZ / 2,
+        }
+    }
+}
+
+/// A bus whose clock can be slowed down.
+pub trait SetSpiClock {
+    /// Transfers from now on run at no more than this clock.
+    fn set_spi_clock(&mut self, clock: SpiClock);
+}
 
 /// A blocking bus or delay with the face of an asynchronous one.
 #[derive(Debug)]
@@ -89,9 +121,10 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         self.inner.release().0
     }
 
-    /// Brings the part from any state into the configuration: waits for its boot, checks its
-    /// identity, resets it, writes the configuration and reads it back, and waits for the
-    /// gyroscope's turn-on: the next sample can be used. May be called again at any time.
+    /// Brings the part from any state into the configuration: waits for its boot, leaves other
+    /// register banks and 3-wire SPI, checks its identity, resets it, writes the configuration and
+    /// reads it back, and waits for the gyroscope's turn-on: the next sample can be used. May be
+    /// called again at any time.
     ///
     /// # Errors
     /// The first register that does not hold what it should.

@@ -80,7 +80,7 @@ pub mod timestamp;
 pub use config::{
     AccelParams, Config, DataReady, FifoParams, GyroParams, Params, ParamsError, Write,
 };
-pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE};
+pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE, SetSpiClock, SpiClock};
 pub use error::Error;
 pub use fifo::{FifoBatch, FifoData, FifoStatus, FifoWord, TagParityError, WordBytes};
 pub use frozen::FrozenDetector;

@@ -206,6 +206,13 @@ registers! {
     I3C_BUS_AVB i3c_bus_avb 0x62 ReadWrite 0x00 { PD_DIS_INT1 0..=0, I3C_BUS_AVB_SEL 3..=4 }
     /// By how much the part's clock is off, in steps of 0.15 %.
     INTERNAL_FREQ_FINE internal_freq_fine 0x63 ReadOnly 0x00 { FREQ_FINE 0..=7 }
+    /// Offset of the specific force along x, added to what the low-pass filter gives where
+    /// `USR_OFF_ON_OUT` is set.
+    X_OFS_USR x_ofs_usr 0x73 ReadWrite 0x00 { OFS 0..=7 }
+    /// The same along y.
+    Y_OFS_USR y_ofs_usr 0x74 ReadWrite 0x00 { OFS 0..=7 }
+    /// The same along z.
+    Z_OFS_USR z_ofs_usr 0x75 ReadWrite 0x00 { OFS 0..=7 }
     /// What the oldest word in the FIFO is; its six bytes follow.
     FIFO_DATA_OUT_TAG fifo_data_out_tag 0x78 ReadOnly 0x00 { TAG_PARITY 0..=0, TAG_CNT 1..=2, TAG_SENSOR 3..=7 }
     /// The last byte of the oldest word in the FIFO.

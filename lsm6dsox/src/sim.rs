@@ -11,13 +11,22 @@
 //! | filters | point samples of the motion at 6667 Hz, then one second-order Butterworth low-pass at the cut-off set; the accelerometer's ODR/2 at 6667 Hz passes everything; where the cut-off is not known 0.4 ODR |
 //! | noise | white before the filter, of the densities in [`noise`](crate::noise) |
 //! | range | clipped before the filter at the end of the 16-bit range, and again after |
-//! | start | after its data rate is set a gyroscope gives its first sample after 35 ms \[D\], an accelerometer after 5 ms (assumed); filters start settled |
+//! | start | by [`StartTimes`]: after its data rate is set a gyroscope gives its first sample after 35 ms \[D\] and is wrong until 70 ms (AN5040, LSM6DSL), an accelerometer gives its first after 5 ms (assumed); filters start settled |
+//! | register banks | `FUNC_CFG_ACCESS` switches to two others, which hold what is written and do nothing |
+//! | 3-wire SPI | with `SIM` set nobody drives the data line; writes still work |
+//! | SDO | valid some ns after the clock's edge: a clock too fast for it reads each bit one clock late |
 //! | data ready | latched until a high byte is read, or 75 µs long \[D\] |
-//! | FIFO | bypass, FIFO and continuous mode; a word is gone once its last byte is read |
-//! | reset | 50 µs; after power-up and BOOT nothing answers for 10 ms |
+//! | FIFO | bypass, FIFO and continuous mode; temperature, decimated timestamps, a depth that ends at the watermark; a word is gone once its last byte is read |
+//! | pins | active high or low; INT2's signals on INT1 |
+//! | burst reads | `ROUNDING` goes back to the first output |
+//! | gyroscope asleep | `SLEEP_G`: as switched off, and it starts as slowly |
+//! | `XL_FS_MODE` | the code of ±16 g is ±2 g (from memory of the data sheet) |
+//! | reset | 50 µs; after power-up and BOOT nothing answers for up to 10 ms |
 //!
-//! Not there: the other register banks, compression, interrupts other than data-ready and
-//! watermark, high-pass filters, user offsets.
+//! Not there: what the other register banks do, compression, interrupts other than data-ready and
+//! watermark, high-pass filters, user offsets, optical stabilisation, external triggers, ultra low
+//! power, open-drain pins. A write that switches one of them on is an
+//! [offence](Offence::NotSimulated).
 //!
 //! Time is the caller's: nothing happens until [`Part::advance_to`]. The same seed, motion and
 //! calls give the same bits on every machine: arithmetic is + − × ÷ and the `libm` crate.
@@ -36,8 +45,8 @@ mod paths;
 mod pins;
 mod random;
 
-pub use fault::Fault;
+pub use fault::{Axis, Fault};
 pub use handle::{I2cError, SharedPart, SimDelay, SimI2c, SimSpi};
 pub use memory::Offence;
 pub use motion::{Interpolation, Motion, Recording, RecordingError, Stimulus};
-pub use part::{Part, PartOptions};
+pub use part::{Part, PartOptions, StartTimes};

@@ -68,8 +68,8 @@ fn both_drivers_bring_the_part_up_alike_and_read_the_same_sample() {
     let mut late = asynch::Lsm6dsox::new(Late(part.spi()), Config::FRESH_KILOHERTZ);
     let (result, waits) = run(late.init(&mut Late(part.delay())));
     assert_eq!(result, Ok(()));
-    // Identity, reset, one look at it, sixteen writes and as many readings, three delays.
-    assert_eq!(waits, 3 + 2 * Config::WRITES + 3);
+    // Two writes, identity, reset, one look at it, each write and its reading, three delays.
+    assert_eq!(waits, 5 + 2 * Config::WRITES + 3);
     part.advance_by(1_000_000);
     let (sample, waits) = run(late.sample());
     assert_eq!(waits, 1);

@@ -70,7 +70,7 @@ fn config(accel: AccelFullScale, gyro: GyroFullScale) -> Config {
 /// The part's registers hold what our driver would have written into them.
 fn holds(part: &SharedPart, config: &Config, registers: &[Register]) {
     for write in config.writes() {
-        if registers.contains(&write.register) {
+        if registers.contains(write.register) {
             let mut frame = [write.register.read_address(), 0];
             part.spi().transfer_in_place(&mut frame).unwrap();
             assert_eq!(frame[1], write.value, "{}", write.register.name);

@@ -3,8 +3,10 @@
 mod common;
 
 use common::{QUIET, part, sensor};
-use lsm6dsox::sim::{Fault, Part, PartOptions};
-use lsm6dsox::{Config, Error, FrozenDetector, Lsm6dsox, Pin, register};
+use lsm6dsox::sim::{Axis, Fault, Part, PartOptions};
+use lsm6dsox::{
+    Config, Error, FrozenDetector, Lsm6dsox, Pin, Sensor, SetSpiClock, SpiClock, register,
+};
 
 const MILLISECOND: u64 = 1_000_000;
 const PRESET: Config = Config::FRESH_KILOHERTZ;
@@ -158,16 +160,189 @@ fn frozen_outputs_say_they_are_fresh_and_the_detector_knows_better() {
     let mut detector = FrozenDetector::new();
     for _ in 0..5_000 {
         part.advance_by(MILLISECOND);
-        assert!(!detector.update(&sensor.sample().unwrap()));
+        assert_eq!(detector.update(&sensor.sample().unwrap()), 0);
     }
     part.inject(Fault::FrozenOutput);
     let noticed = (0..20).position(|_| {
         part.advance_by(MILLISECOND);
         let sample = sensor.sample().unwrap();
         assert!(sample.is_fresh());
-        detector.update(&sample)
+        detector.update(&sample) == FrozenDetector::EVERY_AXIS
     });
     assert_eq!(noticed, Some(usize::from(FrozenDetector::REPEATS) - 1));
+}
+
+#[test]
+fn an_axis_sticks_at_its_code_while_the_others_go_on() {
+    let noisy = PartOptions {
+        noise: true,
+        ..QUIET
+    };
+    let part = part(noisy);
+    let mut sensor = sensor(&part, PRESET);
+    for (sensor, axis, code) in [
+        (Sensor::Accel, Axis::Y, 77),
+        (Sensor::Gyro, Axis::Z, -5),
+        (Sensor::Gyro, Axis::X, 1),
+    ] {
+        part.inject(Fault::AxisStuck { sensor, axis, code });
+    }
+    let mut changed = [false; 6];
+    let mut last = None;
+    for _ in 0..100 {
+        part.advance_by(MILLISECOND);
+        let raw = sensor.sample().unwrap();
+        let ([ax, ay, az], [wx, wy, wz]) = (raw.specific_force.codes, raw.angular_rate.codes);
+        assert_eq!((raw.is_fresh(), ay, wz, wx), (true, 77, -5, 1));
+        let codes = [ax, ay, az, wx, wy, wz];
+        let last = last.replace(codes).unwrap_or(codes);
+        changed = core::array::from_fn(|axis| changed[axis] || codes[axis] != last[axis]);
+    }
+    assert_eq!(changed, [true, false, true, false, true, false]);
+}
+
+#[test]
+fn one_sensor_freezes_while_the_other_goes_on() {
+    let noisy = PartOptions {
+        noise: true,
+        ..QUIET
+    };
+    for frozen in [Sensor::Accel, Sensor::Gyro] {
+        let part = part(noisy);
+        let mut sensor = sensor(&part, PRESET);
+        part.advance_by(MILLISECOND);
+        let before = sensor.sample().unwrap();
+        part.inject(Fault::SensorFrozen(frozen));
+        part.advance_by(10 * MILLISECOND);
+        let after = sensor.sample().unwrap();
+        assert!(after.is_fresh());
+        let same = (
+            before.specific_force == after.specific_force,
+            before.angular_rate == after.angular_rate,
+        );
+        assert_eq!(same, (frozen == Sensor::Accel, frozen == Sensor::Gyro));
+    }
+}
+
+#[test]
+fn a_flipped_register_acts_as_if_it_had_been_written() {
+    let part = part(QUIET);
+    let mut sensor = sensor(&part, PRESET);
+    // The full scale of the accelerometer: 16 g to 4 g.
+    part.inject(Fault::RegisterFlipped {
+        address: register::CTRL1_XL.address,
+        bits: 0x0C,
+    });
+    part.advance_by(MILLISECOND);
+    assert_eq!(sensor.sample().unwrap().specific_force.codes[2], 8197);
+    assert!(matches!(
+        sensor.verify(),
+        Err(Error::ReadBack {
+            register: register::CTRL1_XL,
+            written: 0xA6,
+            read: 0xAA,
+        })
+    ));
+    assert_eq!(sensor.init(&mut part.delay()), Ok(()));
+}
+
+#[test]
+fn a_part_in_another_bank_or_on_three_wires_cannot_be_read_and_comes_back_with_init() {
+    for (register, bits) in [
+        (register::FUNC_CFG_ACCESS, 0x80),
+        (register::FUNC_CFG_ACCESS, 0x40),
+        (register::FUNC_CFG_ACCESS, 0xC0),
+        (register::CTRL3_C, 0x08),
+    ] {
+        let part = part(QUIET);
+        let mut sensor = sensor(&part, PRESET);
+        part.inject(Fault::RegisterFlipped {
+            address: register.address,
+            bits,
+        });
+        let name = register.name;
+        let identity = sensor.check_identity();
+        assert_eq!(identity, Err(Error::Identity { read: 0x00 }), "{name}");
+        assert!(sensor.verify().is_err(), "{name}");
+        assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{name}");
+        part.advance_by(MILLISECOND);
+        assert!(sensor.sample().unwrap().is_fresh(), "{name}");
+    }
+}
+
+#[test]
+fn whatever_voids_the_data_is_read_back() {
+    // Self-test, high-pass filter, low power, user offsets, sleep, pins: every bit of every register
+    // that can be written, but for what the preset has no use for.
+    let unused = [register::COUNTER_BDR_REG2, register::TIMESTAMP2];
+    let writable = register::ALL
+        .iter()
+        .filter(|register| register.access == register::Access::ReadWrite)
+        .filter(|register| !unused.contains(register));
+    for register in writable {
+        for bit in (0..8).filter(|bit| register.mask & 1 << bit != 0) {
+            let part = part(QUIET);
+            let mut sensor = sensor(&part, PRESET);
+            part.inject(Fault::RegisterFlipped {
+                address: register.address,
+                bits: 1 << bit,
+            });
+            let name = register.name;
+            assert!(sensor.verify().is_err(), "{name}, bit {bit}");
+            assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{name}, bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn the_first_sample_after_init_is_that_of_a_settled_gyroscope() {
+    let part = Part::with_options(common::at_rest, QUIET).shared();
+    let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
+    sensor.init(&mut part.delay()).unwrap();
+    part.advance_by(MILLISECOND);
+    assert_eq!(sensor.sample().unwrap().angular_rate.codes, [0; 3]);
+}
+
+#[test]
+fn a_slow_data_line_is_read_a_bit_late_at_10_mhz_and_right_at_5_mhz() {
+    for (ns, late) in [(25, false), (45, false), (46, true), (50, true)] {
+        let part = part(QUIET);
+        part.inject(Fault::SdoDelay { ns });
+        let mut spi = part.spi();
+        spi.set_spi_clock(SpiClock::Full);
+        let mut sensor = Lsm6dsox::new(spi, PRESET);
+        let read = sensor.init(&mut part.delay());
+        let expected = match late {
+            true => Err(Error::Identity { read: 0x6C >> 1 }),
+            false => Ok(()),
+        };
+        assert_eq!(read, expected, "{ns} ns");
+        part.spi().set_spi_clock(SpiClock::Half);
+        assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{ns} ns");
+    }
+}
+
+#[test]
+fn glitches_come_beside_the_edges_of_samples() {
+    let part = part(QUIET);
+    let mut sensor = sensor(&part, PRESET);
+    sensor.sample().unwrap();
+    part.inject(Fault::DataReadyGlitches { period_ns: 40_000 });
+    let end = part.now_ns() + 3 * MILLISECOND;
+    let (mut real, mut glitches) = (0, 0);
+    while let Some(edge) = part.next_rising_edge_ns(Pin::Int1).filter(|ns| *ns < end) {
+        part.advance_to(edge - 1);
+        assert!(!part.pin_is_high(Pin::Int1), "at {edge} ns");
+        part.advance_to(edge);
+        assert!(part.pin_is_high(Pin::Int1), "at {edge} ns");
+        let long = part.with(|part| {
+            part.advance_to(edge + 2_000);
+            part.pin_is_high(Pin::Int1)
+        });
+        *(if long { &mut real } else { &mut glitches }) += 1;
+    }
+    assert!((19..=21).contains(&real), "{real}");
+    assert!((30..=45).contains(&glitches), "{glitches}");
 }
 
 #[test]
@@ -228,6 +403,13 @@ fn a_part_is_sound_again_when_its_faults_are_gone() {
         Fault::DataReadyLost,
         Fault::DataReadyStorm { period_ns: 1_000 },
         Fault::FrozenOutput,
+        Fault::SensorFrozen(Sensor::Accel),
+        Fault::AxisStuck {
+            sensor: Sensor::Gyro,
+            axis: Axis::X,
+            code: i16::MAX,
+        },
+        Fault::DataReadyGlitches { period_ns: 0 },
         Fault::Saturation,
         Fault::ClockRatio(0.1),
     ] {

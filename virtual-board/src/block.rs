@@ -1,6 +1,8 @@
 //! What a straight run of instructions costs: how many there are, and an estimate of their
 //! cycles on a Cortex-M4 without wait states (technical reference manual, table 3-1, 7-1).
 
+use crate::part::flash::accelerator::Literal;
+
 /// A stretch of code that runs from its first instruction to its last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Block {
@@ -14,6 +16,8 @@ pub struct Block {
     pub sends_event: bool,
     /// Where its first floating-point instruction is, in instructions and bytes from its start.
     pub float: Option<(u32, u32)>,
+    /// Where its loads of literals begin in a list of all blocks', and how many there are.
+    pub literals: (u32, u16),
 }
 
 /// Cycles that a taken branch costs more, to fill the pipeline.
@@ -61,6 +65,43 @@ impl Block {
         }
         block
     }
+}
+
+/// The loads of a block at `address` that read at places known from the code: literals, and the
+/// tables of branches, which follow their instruction.
+#[must_use]
+pub fn literals(code: &[u8], address: u32) -> Vec<Literal> {
+    let half = |at: usize| match code.get(at..at + 2) {
+        Some([low, high]) => u16::from_le_bytes([*low, *high]),
+        _ => 0,
+    };
+    let mut all = Vec::new();
+    let mut at = 0;
+    while at < code.len() {
+        let (first, second) = (half(at), half(at + 2));
+        let pc = address + at as u32 + 4;
+        let aligned = pc & !3;
+        let up_or_down = |distance: u16| match first & 0x0080 {
+            0 => aligned.wrapping_sub(u32::from(distance)),
+            _ => aligned.wrapping_add(u32::from(distance)),
+        };
+        let read = match first {
+            0x4800..0x5000 => Some(aligned + 4 * u32::from(first & 0xFF)),
+            // TBB and TBH.
+            0xE8DF if second & 0xFFE0 == 0xF000 => Some(pc),
+            // LDRD; LDR, LDRH, LDRB; VLDR.
+            _ if first & 0xFF7F == 0xE95F => Some(up_or_down(4 * (second & 0xFF))),
+            _ if first & 0xFE1F == 0xF81F => Some(up_or_down(second & 0xFFF)),
+            _ if first & 0xFF3F == 0xED1F => Some(up_or_down(4 * (second & 0xFF))),
+            _ => None,
+        };
+        if let Some(address) = read {
+            let offset = at as u32;
+            all.push(Literal { offset, address });
+        }
+        at += if is_wide(first) { 4 } else { 2 };
+    }
+    all
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,6 +230,20 @@ mod tests {
         ]);
         assert_eq!((block.instructions, block.cycles), (4, 14 + 14 + 3 + 1));
         assert_eq!(block.float, Some((0, 0)));
+    }
+
+    #[test]
+    fn a_load_of_a_literal_says_what_it_reads() {
+        // nop; ldr r0, [pc, #4]; ldr.w r1, [pc, #-4]; vldr s0, [pc, #8]; tbb [pc, r0]
+        let halves: [u16; 8] = [
+            0xBF00, 0x4801, 0xF85F, 0x1004, 0xED9F, 0x0A02, 0xE8DF, 0xF000,
+        ];
+        let code: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
+        let read: Vec<(u32, u32)> = literals(&code, 0x0801_0000)
+            .into_iter()
+            .map(|literal| (literal.offset, literal.address - 0x0801_0000))
+            .collect();
+        assert_eq!(read, [(2, 8), (4, 4), (8, 20), (12, 16)]);
     }
 
     #[test]

@@ -2,17 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use lsm6dsox::sim::{Fault as SensorFault, Motion, Part as Sensor, PartOptions, Stimulus};
+use lsm6dsox::sim::{
+    Fault as SensorFault, Motion, Part as Sensor, PartOptions, StartTimes, Stimulus,
+};
 
-use crate::chip::{Chip, ChipOptions, Transaction};
+use crate::chip::{Chip, ChipOptions, NOMINAL_MV, Transaction};
 use crate::core::cpu::{Cpu, State, UNTOUCHED};
 use crate::core::nvic::exception;
+use crate::corner::Corner;
 use crate::elf::{ElfError, Image};
 use crate::failure::Failure;
 use crate::machine::{Counters, FaultNote, Machine};
 use crate::part::can::{BusFault, Frame, TimedFrame};
 use crate::part::rcc::ResetCause;
 use crate::part::usart::{LineFault, TimedByte};
+use crate::time::from_us;
 
 /// Which serial line leads out: USART1.
 const CONSOLE: usize = 0;
@@ -47,6 +51,21 @@ impl Default for BoardOptions {
     }
 }
 
+impl BoardOptions {
+    /// Takes chip and sensor from a corner: the sensor starts as fast or as slowly as parts do, and
+    /// its data line is valid 10, 25 or 50 ns after the clock's edge.
+    pub const fn set_corner(&mut self, corner: Corner) {
+        self.chip.corner = corner;
+        if let Some(sensor) = &mut self.sensor {
+            (sensor.start, sensor.sdo_delay_ns) = match corner {
+                Corner::Fast => (StartTimes::FASTEST, 10),
+                Corner::Typical => (StartTimes::SLOWEST, 25),
+                Corner::Slow => (StartTimes::SLOWEST, 50),
+            };
+        }
+    }
+}
+
 /// A sensor that lies still, z up.
 struct Still;
 
@@ -73,10 +92,16 @@ pub enum Fault {
     CrystalLost,
     /// The supply dips.
     BrownOut,
+    /// The supply becomes this, mV. Below what the option bytes say it is a dip, and comes back.
+    Supply(u32),
+    /// A debugger halts the core for so many ms.
+    DebuggerHalt(u32),
     /// Somebody presses reset.
     Reset,
     /// The supply fails in this many operations of flash from now.
     CutInFlash(u64),
+    /// In this many operations of flash from now, one that programs clears a bit too many.
+    WornFlash(u64),
     /// The load sensor's voltage becomes this.
     Load(u16),
     /// The core jumps to where nothing is.
@@ -92,6 +117,8 @@ pub enum Fault {
     Deaf(u16),
     /// The pages with the settings are blank.
     SettingsErased,
+    /// The pages with the settings hold anything: this seed says what.
+    SettingsGarbage(u64),
     /// Bits have flipped all over the pages with the settings, where something was written.
     SettingsDamaged,
     /// Every fault of the sensor and its bus, of DMA, of CAN, of the serial line and of the load
@@ -245,6 +272,7 @@ impl Board {
                 return self.cpu.move_stack(end);
             }
             Fault::SettingsErased => return self.spoil_settings(|_, _| 0xFF),
+            Fault::SettingsGarbage(seed) => return self.fill_settings(seed),
             Fault::SettingsDamaged => {
                 return self.spoil_settings(|place, byte| {
                     let hit = place % 37 == 9 && byte != 0xFF;
@@ -260,14 +288,20 @@ impl Board {
                 machine.chip.with_sensor(now, |sensor| sensor.inject(fault));
             }
             Fault::SensorClockStopped => machine.chip.set_sensor_clock_stopped(true, now),
-            Fault::DmaError(stream) => machine.chip.failing_stream = Some(stream),
+            Fault::DmaError(stream) => machine.chip.failing_streams[stream & 7] = true,
             Fault::Bus(fault) => machine.chip.can.set_fault(fault),
             Fault::CrystalLost => machine.lose_crystal(),
+            Fault::Supply(mv) => machine.chip.set_supply(mv),
+            Fault::DebuggerHalt(ms) => machine.halt(from_us(u64::from(ms) * 1000)),
             Fault::BrownOut => machine.chip.request_reset(ResetCause::BrownOut),
             Fault::Reset => machine.chip.request_reset(ResetCause::Pin),
             Fault::CutInFlash(operations) => {
                 let done = machine.chip.flash.operations;
                 machine.chip.flash.cut_at = Some(done + operations);
+            }
+            Fault::WornFlash(operations) => {
+                let done = machine.chip.flash.operations;
+                machine.chip.flash.worn_at = Some(done + operations);
             }
             Fault::Load(code) => machine.chip.adc.inputs[LOAD] = code,
             Fault::Line(fault) => {
@@ -280,15 +314,17 @@ impl Board {
             | Fault::Panic
             | Fault::StackOverflow
             | Fault::SettingsErased
+            | Fault::SettingsGarbage(_)
             | Fault::SettingsDamaged => {}
             Fault::Clear => {
                 let pclk = machine.chip.usart_clock(CONSOLE);
                 machine.chip.usarts[CONSOLE].set_fault(LineFault::None, now, pclk);
                 machine.chip.with_sensor(now, Sensor::clear_faults);
                 machine.chip.set_sensor_clock_stopped(false, now);
-                machine.chip.failing_stream = None;
+                machine.chip.failing_streams = [false; 8];
                 machine.chip.can.set_fault(BusFault::None);
                 machine.chip.adc.inputs[LOAD] = self.load;
+                machine.chip.set_supply(NOMINAL_MV);
             }
         }
         machine.wake();
@@ -303,18 +339,64 @@ impl Board {
         }
     }
 
-    /// Changes the pages with the settings, byte by byte.
-    fn spoil_settings(&mut self, change: impl Fn(usize, u8) -> u8) {
+    /// Fills the pages with the settings with what `seed` says: some of them with noise, some with
+    /// noise in a blank page, and the rest with bits that are cleared all over.
+    fn fill_settings(&mut self, seed: u64) {
+        let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+        let mut next = move || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state
+        };
+        let kind = next() % 3;
+        let (from, length) = (next() as usize % 0x8000, next() as usize % 0x1000);
+        let noise: Vec<u8> = (0..0x8000).map(|_| (next() >> 32) as u8).collect();
+        let sparse: Vec<bool> = (0..0x8000).map(|_| next() % 64 == 0).collect();
+        self.spoil_settings(|place, byte| {
+            let noise = noise.get(place).copied().unwrap_or(0);
+            let is_sparse = sparse.get(place).copied().unwrap_or(false);
+            match kind {
+                0 => noise,
+                1 if (from..from + length).contains(&place) => noise,
+                1 => 0xFF,
+                _ if is_sparse => byte & noise,
+                _ => byte,
+            }
+        });
+    }
+
+    /// Where the pages with the settings begin and end.
+    fn settings_pages(&self) -> Option<(u32, u32)> {
         let ends = ["_config_start", "_config_end"].map(|name| self.image.symbol(name));
         let [Some(start), Some(end)] = ends else {
-            return;
+            return None;
         };
-        if let Some(mut bytes) = self.memory(start, end.saturating_sub(start) as usize) {
-            for (place, byte) in bytes.iter_mut().enumerate() {
-                *byte = change(place, *byte);
-            }
-            self.cpu.memory().write(start, &bytes);
+        Some((start, end))
+    }
+
+    /// The pages with the settings; empty where the ELF has none.
+    pub fn settings(&mut self) -> Vec<u8> {
+        let pages = self.settings_pages();
+        let bytes =
+            pages.and_then(|(start, end)| self.memory(start, end.saturating_sub(start) as usize));
+        bytes.unwrap_or_default()
+    }
+
+    /// Puts bytes into the pages with the settings, from their beginning.
+    pub fn set_settings(&mut self, bytes: &[u8]) {
+        if let Some((start, _)) = self.settings_pages() {
+            self.cpu.memory().write(start, bytes);
         }
+    }
+
+    /// Changes the pages with the settings, byte by byte.
+    fn spoil_settings(&mut self, change: impl Fn(usize, u8) -> u8) {
+        let mut bytes = self.settings();
+        for (place, byte) in bytes.iter_mut().enumerate() {
+            *byte = change(place, *byte);
+        }
+        self.set_settings(&bytes);
     }
 
     /// Instructions, cycles and time so far.
@@ -377,16 +459,20 @@ impl Board {
         self.cpu.machine().start_profile();
     }
 
-    /// Instructions by function since the profile was started, most first.
+    /// Instructions by function since the profile was started, and cycles of waiting for flash;
+    /// most instructions first.
     #[must_use]
-    pub fn profile(&self) -> Vec<(String, u64)> {
+    pub fn profile(&self) -> Vec<(String, [u64; 2])> {
         let machine = self.cpu.machine();
-        let mut functions = BTreeMap::<&str, u64>::new();
-        for (place, &count) in machine.profile.iter().enumerate() {
-            if count > 0 {
+        let mut functions = BTreeMap::<&str, [u64; 2]>::new();
+        let counts = machine.profile.iter().zip(&machine.wait_profile);
+        for (place, (&instructions, &waits)) in counts.enumerate() {
+            if instructions > 0 {
                 let address = 0x0800_0000 + 2 * place as u32;
                 let name = self.image.function_at(address).unwrap_or("?");
-                *functions.entry(name).or_default() += count;
+                let sums = functions.entry(name).or_default();
+                sums[0] += instructions;
+                sums[1] += waits;
             }
         }
         let mut functions: Vec<_> = functions

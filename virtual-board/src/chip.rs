@@ -1,10 +1,15 @@
 //! The chip around the core: which peripheral is where, what it hangs on, and what moves between
 //! them: interrupts, DMA, the sensor on its bus.
 
+mod places;
+mod requests;
+
 use lsm6dsox::setting::Pin;
 use lsm6dsox::sim::Part as Sensor;
 
+use crate::core::dbgmcu::Dbgmcu;
 use crate::core::nvic::Nvic;
+use crate::corner::Corner;
 use crate::machine::Memory;
 use crate::part::adc::Adc;
 use crate::part::can::Can;
@@ -19,6 +24,8 @@ use crate::part::spi::Spi;
 use crate::part::timer::Timer;
 use crate::part::usart::Usart;
 use crate::time::{self, NEVER, cycle, from_ns, to_ns};
+use places::{PLACES, Part};
+use requests::{Request, request};
 
 /// What a peripheral may need to act.
 pub struct Context<'a> {
@@ -28,80 +35,8 @@ pub struct Context<'a> {
     pub memory: &'a mut dyn Memory,
 }
 
-/// A peripheral.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
-    Timer(usize),
-    Spi(usize),
-    Usart(usize),
-    Can,
-    Pwr,
-    Iwdg,
-    Adc,
-    Syscfg,
-    Exti,
-    Gpio(usize),
-    Rcc,
-    Flash,
-    Dma(usize),
-}
-
-/// Where a peripheral is and what switches its clock on.
-struct Place {
-    name: &'static str,
-    base: u32,
-    size: u32,
-    part: Part,
-    /// Offset of the enable register in RCC, and the bit.
-    enable: Option<(u32, u32)>,
-}
-
-const fn place(name: &'static str, base: u32, part: Part, enable: Option<(u32, u32)>) -> Place {
-    Place {
-        name,
-        base,
-        size: 0x400,
-        part,
-        enable,
-    }
-}
-
-const AHB1: u32 = 0x30;
-const APB1: u32 = 0x40;
-const APB2: u32 = 0x44;
-
-const PLACES: [Place; 30] = [
-    place("TIM2", 0x4000_0000, Part::Timer(0), Some((APB1, 0))),
-    place("TIM3", 0x4000_0400, Part::Timer(1), Some((APB1, 1))),
-    place("TIM4", 0x4000_0800, Part::Timer(2), Some((APB1, 2))),
-    place("TIM5", 0x4000_0C00, Part::Timer(3), Some((APB1, 3))),
-    place("IWDG", 0x4000_3000, Part::Iwdg, None),
-    place("SPI2", 0x4000_3800, Part::Spi(1), Some((APB1, 14))),
-    place("SPI3", 0x4000_3C00, Part::Spi(2), Some((APB1, 15))),
-    place("USART2", 0x4000_4400, Part::Usart(1), Some((APB1, 17))),
-    place("USART3", 0x4000_4800, Part::Usart(2), Some((APB1, 18))),
-    place("CAN1", 0x4000_6400, Part::Can, Some((APB1, 25))),
-    place("PWR", 0x4000_7000, Part::Pwr, Some((APB1, 28))),
-    place("USART1", 0x4001_1000, Part::Usart(0), Some((APB2, 4))),
-    place("USART6", 0x4001_1400, Part::Usart(3), Some((APB2, 5))),
-    place("ADC1", 0x4001_2000, Part::Adc, Some((APB2, 8))),
-    place("SPI1", 0x4001_3000, Part::Spi(0), Some((APB2, 12))),
-    place("SYSCFG", 0x4001_3800, Part::Syscfg, Some((APB2, 14))),
-    place("EXTI", 0x4001_3C00, Part::Exti, None),
-    place("GPIOA", 0x4002_0000, Part::Gpio(0), Some((AHB1, 0))),
-    place("GPIOB", 0x4002_0400, Part::Gpio(1), Some((AHB1, 1))),
-    place("GPIOC", 0x4002_0800, Part::Gpio(2), Some((AHB1, 2))),
-    place("GPIOD", 0x4002_0C00, Part::Gpio(3), Some((AHB1, 3))),
-    place("GPIOE", 0x4002_1000, Part::Gpio(4), Some((AHB1, 4))),
-    place("GPIOF", 0x4002_1400, Part::Gpio(5), Some((AHB1, 5))),
-    place("GPIOG", 0x4002_1800, Part::Gpio(6), Some((AHB1, 6))),
-    place("GPIOH", 0x4002_1C00, Part::Gpio(7), Some((AHB1, 7))),
-    place("GPIOI", 0x4002_2000, Part::Gpio(8), Some((AHB1, 8))),
-    place("RCC", 0x4002_3800, Part::Rcc, None),
-    place("FLASH", 0x4002_3C00, Part::Flash, None),
-    place("DMA1", 0x4002_6000, Part::Dma(0), Some((AHB1, 21))),
-    place("DMA2", 0x4002_6400, Part::Dma(1), Some((AHB1, 22))),
-];
+/// The supply while all is well, mV.
+pub const NOMINAL_MV: u32 = 3_300;
 
 const TIMER_INTERRUPTS: [u16; 4] = [28, 29, 30, 50];
 /// Which of these timers each of them has as its internal triggers 0 to 3; the others are not
@@ -121,48 +56,21 @@ const DMA_INTERRUPTS: [[u16; 8]; 2] = [
     [56, 57, 58, 59, 60, 68, 69, 70],
 ];
 
-/// Who asks a stream of DMA to move an item (RM0090, tables 42 and 43).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Request {
-    SpiReceive(usize),
-    SpiTransmit(usize),
-    UsartReceive(usize),
-    UsartTransmit(usize),
-}
-
-const fn request(controller: usize, stream: usize, channel: u32) -> Option<Request> {
-    use Request::{SpiReceive, SpiTransmit, UsartReceive, UsartTransmit};
-    Some(match (controller, stream, channel) {
-        (1, 0 | 2, 3) => SpiReceive(0),
-        (1, 3 | 5, 3) => SpiTransmit(0),
-        (1, 2 | 5, 4) => UsartReceive(0),
-        (1, 7, 4) => UsartTransmit(0),
-        (1, 1 | 2, 5) => UsartReceive(3),
-        (1, 6 | 7, 5) => UsartTransmit(3),
-        (0, 3, 0) => SpiReceive(1),
-        (0, 4, 0) => SpiTransmit(1),
-        (0, 0 | 2, 0) => SpiReceive(2),
-        (0, 5 | 7, 0) => SpiTransmit(2),
-        (0, 5, 4) => UsartReceive(1),
-        (0, 6, 4) => UsartTransmit(1),
-        (0, 1, 4) => UsartReceive(2),
-        (0, 3, 4) => UsartTransmit(2),
-        _ => return None,
-    })
-}
-
 /// What the chip is made with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChipOptions {
     /// The crystal, hertz; `None` where it does not start.
     pub crystal: Option<u32>,
+    /// Which specimen of what the data sheet allows.
+    pub corner: Corner,
 }
 
 impl Default for ChipOptions {
-    /// 8 MHz.
+    /// 8 MHz, and a typical chip.
     fn default() -> Self {
         Self {
             crystal: Some(8_000_000),
+            corner: Corner::default(),
         }
     }
 }
@@ -202,8 +110,8 @@ pub struct Chip {
     pub transactions: Option<Vec<Transaction>>,
     /// How often the chip was reset, and why last.
     pub resets: Vec<(u64, ResetCause)>,
-    /// A stream of DMA2 that meets an error in the middle of each transfer.
-    pub failing_stream: Option<usize>,
+    /// Streams of DMA2 that meet an error in the middle of each transfer.
+    pub failing_streams: [bool; 8],
     pwr: Pwr,
     exti: Exti,
     dmas: [Dma; 2],
@@ -227,7 +135,7 @@ impl Chip {
     /// A chip just powered up.
     #[must_use]
     pub fn new(options: ChipOptions, sensor: Option<Sensor>) -> Self {
-        let rcc = Rcc::new(options.crystal);
+        let rcc = Rcc::new(options.crystal, options.corner);
         let clocks = rcc.clocks();
         let period = cycle(clocks.timers1);
         let mut ports: [Gpio; 9] = core::array::from_fn(Gpio::new);
@@ -235,7 +143,7 @@ impl Chip {
         Self {
             can: Can::new(clocks.pclk1),
             rcc,
-            flash: Flash::default(),
+            flash: Flash::new(options.corner),
             usarts: Default::default(),
             adc: Adc::default(),
             ports,
@@ -243,7 +151,7 @@ impl Chip {
             data_ready: None,
             transactions: None,
             resets: Vec::new(),
-            failing_stream: None,
+            failing_streams: [false; 8],
             pwr: Pwr::default(),
             exti: Exti::default(),
             dmas: Default::default(),
@@ -254,7 +162,7 @@ impl Chip {
                 Timer::new("TIM4", 16, period),
                 Timer::new("TIM5", 32, period),
             ],
-            iwdg: Iwdg::default(),
+            iwdg: Iwdg::new(options.corner.lsi_hz()),
             selected: false,
             pin_high: false,
             sensor_edge: NEVER,
@@ -298,7 +206,7 @@ impl Chip {
         for timer in &mut self.timers {
             timer.reset(cycle(clocks.timers1));
         }
-        self.iwdg = Iwdg::default();
+        self.iwdg.reset();
         self.update_select(now);
     }
 
@@ -318,6 +226,24 @@ impl Chip {
         }
     }
 
+    /// The supply becomes this, mV: below what the option bytes say the chip is reset, and the
+    /// supply then comes back.
+    pub fn set_supply(&mut self, mv: u32) {
+        self.flash.supply_mv = mv;
+        if mv < self.flash.brown_out_mv() {
+            self.flash.supply_mv = NOMINAL_MV;
+            self.request_reset(ResetCause::BrownOut);
+        }
+    }
+
+    /// A debugger halts the core, or lets it go on: what its settings say stands still meanwhile.
+    pub(crate) fn freeze(&mut self, frozen: bool, debug: &Dbgmcu, now: u64) {
+        for (index, timer) in self.timers.iter_mut().enumerate() {
+            timer.freeze(frozen && debug.freezes_timer(index), now);
+        }
+        self.iwdg.freeze(frozen && debug.freezes_watchdog(), now);
+    }
+
     /// Whether memory has lost its content.
     pub(crate) const fn take_power_lost(&mut self) -> bool {
         core::mem::replace(&mut self.power_lost, false)
@@ -332,7 +258,7 @@ impl Chip {
         self.reset_cause.is_some()
     }
 
-    pub(crate) const fn take_flash_changed(&mut self) -> bool {
+    pub(crate) const fn take_flash_changed(&mut self) -> Option<(u32, u32)> {
         self.flash.take_changed()
     }
 
@@ -373,6 +299,9 @@ impl Chip {
     /// When something happens next.
     #[must_use]
     pub fn next_event(&self) -> u64 {
+        if self.rcc.is_stopped() {
+            return self.iwdg.next_event();
+        }
         let timers = self.timers.iter().map(Timer::next_event);
         let spis = self.spis.iter().map(Spi::next_event);
         let usarts = self.usarts.iter().map(Usart::next_event);
@@ -412,6 +341,13 @@ impl Chip {
     }
 
     fn advance_parts(&mut self, now: u64) -> Result<(), String> {
+        if self.iwdg.next_event() <= now {
+            self.iwdg.reset();
+            self.reset_cause = Some(ResetCause::Watchdog);
+        }
+        if self.rcc.is_stopped() {
+            return Ok(());
+        }
         self.advance_sensor(now);
         for timer in &mut self.timers {
             if timer.next_event() <= now {
@@ -437,10 +373,6 @@ impl Chip {
         }
         self.can.advance(now);
         self.adc.advance(now);
-        if self.iwdg.next_event() <= now {
-            self.iwdg = Iwdg::default();
-            self.reset_cause = Some(ResetCause::Watchdog);
-        }
         Ok(())
     }
 
@@ -613,7 +545,7 @@ impl Chip {
         now: u64,
     ) -> Result<(), String> {
         if controller == 1
-            && self.failing_stream == Some(stream)
+            && self.failing_streams[stream]
             && self.dmas[controller].streams[stream].is_half_done()
         {
             self.dmas[controller].moved(stream, false);
@@ -701,7 +633,7 @@ impl Chip {
             Part::Spi(index) => self.spis[index].read(offset),
             Part::Usart(index) => self.usarts[index].read(offset),
             Part::Can => self.can.read(offset, now),
-            Part::Pwr => self.pwr.read(offset),
+            Part::Pwr => self.pwr.read(offset, self.flash.supply_mv),
             Part::Iwdg => self.iwdg.read(offset),
             Part::Adc => self.adc.read(offset, now),
             Part::Syscfg => self.exti.read_syscfg(offset),
@@ -742,7 +674,7 @@ impl Chip {
             Part::Spi(index) => {
                 let pclk = self.pclk_of_spi(index);
                 self.spis[index].write(offset, value, now, pclk)?;
-                self.check_sensor_bus(index, offset, value, pclk)
+                self.check_sensor_bus(index, offset, pclk)
             }
             Part::Usart(index) => {
                 let pclk = self.pclk_of_usart(index);
@@ -766,22 +698,17 @@ impl Chip {
             }
             Part::Rcc => self.write_rcc(offset, value, now),
             Part::Flash => {
-                self.flash.write(offset, value, memory)?;
+                self.flash.reset_at = self.iwdg.next_event();
+                self.flash.write(offset, value, now, memory)?;
                 self.rcc.check_wait_states(self.flash.wait_states())
             }
             Part::Dma(index) => self.dmas[index].write(offset, value),
         }
     }
 
-    /// The sensor takes modes 0 and 3 at no more than 10 MHz.
-    fn check_sensor_bus(
-        &self,
-        index: usize,
-        offset: u32,
-        value: u32,
-        pclk: u32,
-    ) -> Result<(), String> {
-        if index != 0 || offset != 0 || value & 1 << 6 == 0 {
+    /// The sensor takes bytes in modes 0 and 3 at no more than 10 MHz.
+    fn check_sensor_bus(&mut self, index: usize, offset: u32, pclk: u32) -> Result<(), String> {
+        if index != 0 || offset != 0xC || !self.selected {
             return Ok(());
         }
         let (rate, mode) = (self.spis[0].bit_rate(pclk), self.spis[0].mode());
@@ -790,6 +717,9 @@ impl Chip {
         }
         if mode == 1 || mode == 2 {
             return Err(format!("the sensor's bus in mode {mode}"));
+        }
+        if let Some(sensor) = &mut self.sensor {
+            sensor.set_bus_clock(rate);
         }
         Ok(())
     }
@@ -826,7 +756,7 @@ impl Chip {
     /// The crystal stops: whether an NMI is due.
     ///
     /// # Errors
-    /// Where nobody watches it.
+    /// As [`Rcc::lose_crystal`].
     pub(crate) fn lose_crystal(&mut self, now: u64) -> Result<bool, String> {
         let watched = self.rcc.lose_crystal(now, self.flash.wait_states())?;
         self.follow_clocks(now);
@@ -884,7 +814,9 @@ impl Chip {
     ) -> Result<(), String> {
         let now = context.now;
         if (0x0800_0000..0x0810_0000).contains(&address) {
-            return self.flash.program(address, size, value, context.memory);
+            self.flash.reset_at = self.iwdg.next_event();
+            let memory = &mut *context.memory;
+            return self.flash.program(address, size, value, now, memory);
         }
         if let Some((word, bit)) = bit_band(address) {
             let old = self.read_part(now, word)?;

@@ -6,6 +6,7 @@ pub mod block;
 pub mod board;
 pub mod chip;
 pub mod core;
+pub mod corner;
 pub mod elf;
 pub mod failure;
 pub mod machine;

@@ -2,15 +2,17 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::block::{Block, TAKEN};
+use crate::block::{Block, TAKEN, literals};
 use crate::chip::{Chip, Context};
 use crate::core::cpu::{FLASH, FLASH_SIZE, block_at};
+use crate::core::dbgmcu::Dbgmcu;
 use crate::core::dwt::Dwt;
 use crate::core::nvic::{Nvic, exception};
 use crate::core::scb::Scb;
 use crate::core::semihosting::Semihosting;
 use crate::core::systick::SysTick;
 use crate::failure::Failure;
+use crate::part::flash::accelerator::{Literal, Run};
 
 /// The memory that programs see as memory.
 pub trait Memory {
@@ -32,6 +34,9 @@ pub trait Memory {
             .then(|| u32::from_le_bytes(bytes))
     }
 }
+
+/// No block of the engine is longer, bytes.
+const LONGEST_BLOCK: u32 = 0x1000;
 
 /// Why the engine was stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +87,8 @@ pub struct Machine {
     pub cycles: u64,
     /// Instructions since power-up.
     pub instructions: u64,
+    /// Those of the cycles in which the core waited for flash.
+    pub flash_waits: u64,
     /// The chip.
     pub chip: Chip,
     /// What the program told its debugger.
@@ -98,6 +105,8 @@ pub struct Machine {
     pub(crate) probes: HashMap<u32, Probe>,
     /// Instructions by half-word of flash; empty where nobody wants to know.
     pub(crate) profile: Vec<u64>,
+    /// Cycles of waiting for flash, by the same.
+    pub(crate) wait_profile: Vec<u64>,
     /// Functions whose calls are counted apart, with all that they call.
     pub(crate) watched: Vec<Watched>,
     pub(crate) stop: Option<Stop>,
@@ -107,11 +116,16 @@ pub struct Machine {
     pub(crate) reset_requested: bool,
     pub(crate) allow_float: bool,
     pub(crate) event_sent: bool,
+    /// A debugger halts the core until then.
+    pub(crate) halted_until: Option<u64>,
+    debug: Dbgmcu,
     systick: SysTick,
     dwt: Dwt,
     period: u64,
     deadline: u64,
     blocks: Vec<Block>,
+    /// What all blocks load from flash at places known from their code.
+    literals: Vec<Literal>,
 }
 
 /// What the calls of a function cost, from its first instruction to the one after the call.
@@ -154,6 +168,8 @@ pub struct Counters {
     pub instructions: u64,
     /// Cycles awake.
     pub cycles: u64,
+    /// Those of them in which the core waited for flash.
+    pub flash_waits: u64,
 }
 
 impl Machine {
@@ -167,6 +183,7 @@ impl Machine {
             now: 0,
             cycles: 0,
             instructions: 0,
+            flash_waits: 0,
             chip,
             semihosting: Semihosting::default(),
             nvic: Nvic::default(),
@@ -175,6 +192,7 @@ impl Machine {
             faults: Vec::new(),
             probes: HashMap::new(),
             profile: Vec::new(),
+            wait_profile: Vec::new(),
             watched: Vec::new(),
             stop: None,
             failure: None,
@@ -183,11 +201,14 @@ impl Machine {
             reset_requested: false,
             allow_float: false,
             event_sent: false,
+            halted_until: None,
+            debug: Dbgmcu::default(),
             systick,
             dwt: Dwt::default(),
             period,
             deadline: 0,
             blocks: vec![Block::default(); FLASH_SIZE / 2],
+            literals: Vec::new(),
         }
     }
 
@@ -203,6 +224,7 @@ impl Machine {
     /// Counts instructions by place from now on.
     pub fn start_profile(&mut self) {
         self.profile = vec![0; FLASH_SIZE / 2];
+        self.wait_profile = vec![0; FLASH_SIZE / 2];
     }
 
     /// The counters now.
@@ -212,6 +234,7 @@ impl Machine {
             now: self.now,
             instructions: self.instructions,
             cycles: self.cycles,
+            flash_waits: self.flash_waits,
         }
     }
 
@@ -225,7 +248,31 @@ impl Machine {
         self.period = self.chip.period();
         self.systick.set_period(self.now, self.period);
         self.running = None;
+        self.halted_until = None;
         self.deadline = self.now;
+    }
+
+    /// A debugger halts the core for a time.
+    pub(crate) fn halt(&mut self, duration: u64) {
+        self.halted_until = Some(self.now + duration);
+        self.chip.freeze(true, &self.debug, self.now);
+        self.deadline = self.now;
+    }
+
+    /// Whether a debugger halts the core: then time passes, at most until it goes on.
+    pub(crate) fn is_halted(&mut self, memory: &mut dyn Memory) -> bool {
+        let Some(end) = self.halted_until else {
+            return false;
+        };
+        if self.now < end {
+            self.now = self.deadline.min(self.limit).min(end).max(self.now);
+            self.catch_up(memory);
+            return true;
+        }
+        self.halted_until = None;
+        self.chip.freeze(false, &self.debug, self.now);
+        self.deadline = self.now;
+        false
     }
 
     fn fail(&mut self, pc: u32, address: impl Into<Option<u32>>, what: impl Into<String>) {
@@ -292,13 +339,27 @@ impl Machine {
         match self.blocks.get(slot) {
             Some(block) if block.size == size => *block,
             Some(_) => {
-                let block = block_at(memory, address, size);
+                let mut code = vec![0; size as usize];
+                memory.read(address, &mut code);
+                let mut block = Block::of(&code, size);
+                let loads = literals(&code, address);
+                block.literals = (self.literals.len() as u32, loads.len() as u16);
+                self.literals.extend(loads);
                 self.blocks[slot] = block;
                 block
             }
             // Code in RAM may change.
             None => block_at(memory, address, size),
         }
+    }
+
+    /// An instruction that branches to itself goes on doing so until something happens.
+    fn go_round(&mut self, running: &RunningBlock) {
+        let round = u64::from(running.block.cycles) + TAKEN;
+        let end = self.deadline.min(self.limit);
+        let rounds = end.saturating_sub(self.now) / (round * self.period);
+        self.instructions += rounds;
+        self.spend(rounds * round);
     }
 
     /// The engine is about to execute a block: charges the one before, and stops it where
@@ -309,6 +370,9 @@ impl Machine {
             let after = running.address.wrapping_add(running.block.size);
             for watched in &mut self.watched {
                 watched.enter(address, after, self.instructions);
+            }
+            if address == running.address && running.block.instructions == 1 {
+                self.go_round(&running);
             }
         }
         if self.stop.is_some() {
@@ -341,6 +405,30 @@ impl Machine {
         self.running = Some(RunningBlock { address, block });
     }
 
+    /// The block that has been entered is fetched from flash, and executes.
+    pub(crate) fn fetch(&mut self) {
+        let Some(RunningBlock { address, block }) = self.running else {
+            return;
+        };
+        let place = (address.wrapping_sub(FLASH) / 2) as usize;
+        if place >= self.blocks.len() {
+            return;
+        }
+        let (first, count) = (block.literals.0 as usize, usize::from(block.literals.1));
+        let run = Run {
+            address,
+            size: block.size,
+            cycles: block.cycles,
+            literals: self.literals.get(first..first + count).unwrap_or(&[]),
+        };
+        let waits = self.chip.flash.accelerator.fetch(self.cycles, &run);
+        if let Some(count) = self.wait_profile.get_mut(place) {
+            *count += waits;
+        }
+        self.flash_waits += waits;
+        self.spend(waits);
+    }
+
     /// Lets everything happen that is due.
     pub(crate) fn catch_up(&mut self, memory: &mut dyn Memory) {
         if self.systick.advance(self.now) {
@@ -359,8 +447,13 @@ impl Machine {
     /// What the chip did reaches the core.
     fn after_chip(&mut self) {
         self.chip.drive_lines(&mut self.nvic);
-        if self.chip.take_flash_changed() {
-            self.blocks.fill(Block::default());
+        if let Some((from, to)) = self.chip.take_flash_changed() {
+            // From so far before that no block reaches into it.
+            let slot = |address: u32| (address.saturating_sub(FLASH) / 2) as usize;
+            let (from, to) = (slot(from.saturating_sub(LONGEST_BLOCK)), slot(to));
+            if let Some(blocks) = self.blocks.get_mut(from..to.min(FLASH_SIZE / 2)) {
+                blocks.fill(Block::default());
+            }
         }
         if self.chip.take_reset_request() {
             self.reset_requested = true;
@@ -537,9 +630,7 @@ impl Machine {
                 let number = self.nvic.active().last().copied().unwrap_or(0);
                 self.scb.read(address - 0xE000_E000, &self.nvic, number)
             }
-            // The debug block's identification: an STM32F405, revision Y.
-            0xE004_2000 => Some(0x1007_6413),
-            0xE004_2004..=0xE004_200C => Some(0),
+            0xE004_2000..=0xE004_200C => self.debug.read(address - 0xE004_2000),
             // The identification of the flash patch unit and others is not there.
             _ => None,
         }
@@ -560,7 +651,7 @@ impl Machine {
                     .scb
                     .write(address - 0xE000_E000, value, mask, &mut self.nvic);
             }
-            0xE004_2004..=0xE004_200C => {}
+            0xE004_2004..=0xE004_200C => self.debug.write(address - 0xE004_2000, value)?,
             _ => return None,
         }
         Some(false)

@@ -10,6 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use footfall::gait::GaitName;
 use footfall::input::Format;
 use virtual_board::board::{Board, BoardOptions, Fault};
+use virtual_board::corner::Corner;
 use virtual_board::recorded;
 use virtual_board::report::Deed;
 use virtual_board::scenario::{self, Scenario, Step};
@@ -58,6 +59,9 @@ struct RunArguments {
     /// The gait's and the sensor's seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Which specimen of the chip: fast, typical or slow, within what the data sheet allows.
+    #[arg(long, default_value = "typical")]
+    corner: Corner,
     /// Everything on: raw samples too, three more feet on the bus, and questions over both lines.
     #[arg(long)]
     full_load: bool,
@@ -68,7 +72,8 @@ struct RunArguments {
     /// health each 10 ms.
     #[arg(long)]
     all_streams: bool,
-    /// Write instructions a millisecond, one line a function, to this file.
+    /// Write instructions and cycles of waiting for flash a millisecond, one line a function, to
+    /// this file.
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
 }
@@ -142,10 +147,15 @@ impl Planned {
         };
         let before = scenario.before.iter();
         let before = before.map(|&step| deed(ms.min(scenario::BEFORE_MS), step));
-        let steps = (scenario.steps)(self.variant);
-        before
-            .chain(steps.into_iter().map(|step| deed(ms, step)))
-            .collect()
+        let mut at_us = 1000 * ms;
+        let steps = (scenario.steps)(self.variant).into_iter().map(|step| {
+            let found = deed(at_us / 1000, step);
+            if let Step::Wait(us) = step {
+                at_us += u64::from(us);
+            }
+            found
+        });
+        before.chain(steps).collect()
     }
 }
 
@@ -167,6 +177,7 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     };
     let elf = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let mut options = BoardOptions::default();
+    options.set_corner(arguments.corner);
     if let Some(sensor) = &mut options.sensor {
         sensor.seed = arguments.seed;
     }
@@ -187,6 +198,11 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
             (Board::with_motion(&elf, options, gait)?, seconds)
         }
     };
+    for planned in &arguments.faults {
+        if let Some(scenario) = planned.scenario {
+            scenario.prepare(&elf, &mut board)?;
+        }
+    }
     let run = report::Run {
         milliseconds: (seconds * 1000.0) as u64,
         faults: arguments

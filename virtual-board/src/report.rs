@@ -76,6 +76,7 @@ struct Log {
     instructions: Spread,
     estimator: Spread,
     cycles: Spread,
+    flash_waits: Spread,
     to_can: Spread,
     to_uart: Spread,
     decoder: Decoder,
@@ -244,6 +245,7 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
         instructions: Spread::default(),
         estimator: Spread::default(),
         cycles: Spread::default(),
+        flash_waits: Spread::default(),
         to_can: Spread::default(),
         to_uart: Spread::default(),
         decoder: Decoder::default(),
@@ -291,6 +293,7 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
         if ms > SETTLING {
             log.instructions.push(now.instructions - last.instructions);
             log.cycles.push(now.cycles - last.cycles);
+            log.flash_waits.push(now.flash_waits - last.flash_waits);
             log.estimator.push(now_watched - last_watched);
         }
         (last, last_watched) = (now, now_watched);
@@ -312,15 +315,16 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     Ok(report)
 }
 
-/// Instructions a millisecond by function, most first, after a [`run`] of this many milliseconds;
+/// Instructions and cycles of waiting for flash a millisecond by function, most first, after a [`run`] of this many milliseconds;
 /// what happened before statistics begin is left out.
 #[must_use]
 pub fn profile(board: &Board, milliseconds: u64) -> String {
     let counted = milliseconds.saturating_sub(SETTLING).max(1) as f64;
     let mut text = String::new();
-    for (function, instructions) in board.profile() {
+    for (function, counts) in board.profile() {
+        let [instructions, waits] = counts.map(|count| count as f64 / counted);
         // Writing to a string does not fail.
-        let _ = writeln!(text, "{:10.1} {function}", instructions as f64 / counted);
+        let _ = writeln!(text, "{instructions:10.1} {waits:10.1} {function}");
     }
     text
 }
@@ -352,6 +356,7 @@ fn report(board: &mut Board, run: &Run, log: &Log, parity: Option<Parity>, watch
         "instructions_per_tick": log.instructions.min_median_max(),
         "estimator_instructions": watched.then(|| log.estimator.min_median_max()),
         "estimated_cycles_per_tick": log.cycles.min_median_max(),
+        "estimated_flash_waits_per_tick": log.flash_waits.min_median_max(),
         "cpu_load_percent": load,
         "drdy_to_can_us": log.to_can.median_max_us(),
         "drdy_to_uart_us": log.to_uart.median_max_us(),

@@ -39,19 +39,19 @@ const BUDGETS: [Budget; 6] = [
     Budget {
         what: "data-ready edge to CAN mailbox, median",
         value: |report| report["drdy_to_can_us"]["median"].as_f64(),
-        most: 60.0,
+        most: 70.0,
         unit: "µs, estimated",
     },
     Budget {
         what: "data-ready edge to CAN mailbox, longest",
         value: |report| report["drdy_to_can_us"]["max"].as_f64(),
-        most: 60.0,
+        most: 70.0,
         unit: "µs, estimated",
     },
     Budget {
         what: "processor load",
         value: |report| report["cpu_load_percent"].as_f64(),
-        most: 10.0,
+        most: 12.0,
         unit: "%, estimated",
     },
     Budget {

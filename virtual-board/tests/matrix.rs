@@ -5,12 +5,22 @@ mod common;
 
 use common::{is_built_here, product};
 use host_tests::committed::assert_block;
-use virtual_board::scenario;
+use virtual_board::corner::Corner;
+use virtual_board::scenario::{self, Scenario};
+
+/// The rows to run: those that `FOOTFALL_ROWS` names, divided by commas, or all.
+fn chosen() -> Vec<&'static Scenario> {
+    let names = std::env::var("FOOTFALL_ROWS").unwrap_or_default();
+    let is_chosen =
+        |row: &&Scenario| names.is_empty() || names.split(',').any(|name| name == row.name);
+    scenario::ALL.iter().filter(is_chosen).collect()
+}
 
 #[test]
 fn every_fault_is_told_and_recovered_from_and_no_frame_says_stable_without_data() {
     let Some(elf) = product() else { return };
-    let rows = scenario::matrix(&elf).expect("every scenario runs");
+    let chosen = chosen();
+    let rows = scenario::matrix(&elf, Corner::Typical, &chosen);
     let mut table = String::from(scenario::HEAD);
     let mut wrong = Vec::new();
     for (scenario, outcome) in &rows {
@@ -18,9 +28,38 @@ fn every_fault_is_told_and_recovered_from_and_no_frame_says_stable_without_data(
         wrong.extend(outcome.objections.iter().cloned());
     }
     assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
-    assert!(rows.len() >= 25, "{} rows", rows.len());
+    println!("{table}");
+    if chosen.len() < scenario::ALL.len() {
+        return;
+    }
+    assert!(rows.len() >= 55, "{} rows", rows.len());
     if is_built_here() {
         assert_block("virtual-board/README.md", "faults", &table);
+    }
+}
+
+/// The same in the other corners of the chip: with `FOOTFALL_CORNERS=1` in the environment.
+#[test]
+fn every_fault_is_survived_in_every_corner_of_the_chip() {
+    if std::env::var_os("FOOTFALL_CORNERS").is_none_or(|value| value != "1") {
+        return;
+    }
+    let Some(elf) = product() else { return };
+    let mut table = String::from("| corner | rows | beyond their bounds |\n|---|---|---|\n");
+    let mut wrong = Vec::new();
+    for corner in [Corner::Fast, Corner::Slow] {
+        let rows = scenario::matrix(&elf, corner, &chosen());
+        let objections = rows.iter().flat_map(|(_, outcome)| &outcome.objections);
+        let objections: Vec<String> = objections
+            .map(|text| format!("{}: {text}", corner.name()))
+            .collect();
+        let count = objections.len();
+        table += &format!("| {} | {} | {count} |\n", corner.name(), rows.len());
+        wrong.extend(objections);
+    }
+    assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+    if is_built_here() && chosen().len() == scenario::ALL.len() {
+        assert_block("virtual-board/README.md", "corners", &table);
     }
 }
 

@@ -137,7 +137,10 @@ fn it_goes_on_without_anybody_who_acknowledges_and_under_a_full_bus() {
 fn it_measures_without_its_crystal_and_stays_off_the_bus() {
     let Some(elf) = product() else { return };
     let options = BoardOptions {
-        chip: ChipOptions { crystal: None },
+        chip: ChipOptions {
+            crystal: None,
+            ..ChipOptions::default()
+        },
         ..BoardOptions::default()
     };
     let still = |_| lsm6dsox::sim::Stimulus::REST;

@@ -14,7 +14,7 @@ use canopen_rs::emcy::{EmergencyMessage, ErrorRegister};
 pub enum Fault {
     /// The sensor gives no data-ready edge.
     SensorSilent,
-    /// The sensor repeats its readings.
+    /// The sensor repeats its readings, on every axis or on some.
     SensorFrozen,
     /// The sensor's `WHO_AM_I` is not that of the part.
     SensorWrongId,
@@ -32,7 +32,7 @@ pub enum Fault {
     LoadSensorOpen,
     /// The crystal does not start: the board runs on its internal oscillator, with CAN off.
     CrystalMissing,
-    /// The stored configuration was unreadable: defaults are in use.
+    /// The stored configuration was unreadable, or a part of it: an older one or defaults are in use.
     ConfigCorrupted,
     /// The configuration could not be stored.
     ConfigStore,
@@ -57,11 +57,13 @@ pub enum Fault {
     UartOverrun,
     /// The load over RPDO1 has stayed away. Number 21 was that of a fault that is no longer there.
     PdoTimeout = 22,
+    /// The gyroscope shows more at rest than can be learnt as its bias.
+    GyroBias,
 }
 
 impl Fault {
     /// All faults, in the order of their numbers.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::SensorSilent,
         Self::SensorFrozen,
         Self::SensorWrongId,
@@ -84,10 +86,11 @@ impl Fault {
         Self::PdoLength,
         Self::UartOverrun,
         Self::PdoTimeout,
+        Self::GyroBias,
     ];
 
     /// One more than the greatest number: room for something of each fault.
-    pub const NUMBERS: usize = Self::PdoTimeout as usize + 1;
+    pub const NUMBERS: usize = Self::GyroBias as usize + 1;
 
     /// The emergency code. The first digits are the class CiA 301 gives it (table 26): 5 hardware,
     /// 6 software, 7 additional modules, 8 monitoring, FF device specific; 0x6300, 0x8110, 0x8120,
@@ -117,6 +120,7 @@ impl Fault {
             Self::PdoLength => 0x8210,
             Self::UartOverrun => 0x81F0,
             Self::PdoTimeout => 0x8250,
+            Self::GyroBias => 0x7009,
         }
     }
 
@@ -146,6 +150,7 @@ impl Fault {
             Self::PdoLength => "received PDO has a wrong length",
             Self::UartOverrun => "UART overrun",
             Self::PdoTimeout => "received PDO has stayed away",
+            Self::GyroBias => "gyroscope bias too large",
         }
     }
 
@@ -153,7 +158,8 @@ impl Fault {
     #[must_use]
     pub const fn detail(self) -> &'static str {
         match self {
-            Self::SensorSilent | Self::SensorFrozen => "how long, µs",
+            Self::SensorSilent => "how long, µs",
+            Self::SensorFrozen => "bit i: axis i repeats, in the order ax ay az wx wy wz",
             Self::SensorWrongId => "the WHO_AM_I read",
             Self::SensorConfigMismatch => "register, written, read, from the lowest byte",
             Self::SensorReset | Self::SensorSaturated => "samples affected",
@@ -167,8 +173,9 @@ impl Fault {
             Self::CanBusOff => "how often so far",
             Self::PdoLength => "bytes received",
             Self::PdoTimeout => "event timer, ms",
-            Self::ConfigCorrupted | Self::ConfigStore => "index and sub-index, or 0",
-            Self::CrystalMissing | Self::WatchdogReset => "0",
+            Self::GyroBias => "angular rate at rest, 0.001 °/s",
+            Self::ConfigStore => "0 the flash did not hold it, 1 the supply is below 2.7 V",
+            Self::ConfigCorrupted | Self::CrystalMissing | Self::WatchdogReset => "0",
         }
     }
 

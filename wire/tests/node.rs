@@ -10,7 +10,9 @@ use estimator_core::{
     AngularRate, ContactEstimate, Decision, Learnt, LinearAcceleration, PerAxis, Probabilities,
     Quaternion, Timestamp, Vec3,
 };
-use wire::dictionary::{self, Access, Limits, Role, SIGNATURE_RESTORE, SIGNATURE_STORE, index};
+use wire::dictionary::{
+    self, Access, Limits, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE, SIGNATURE_STORE, index,
+};
 use wire::node::{Calibration, CalibrationState, Command, Crash, State};
 use wire::pdo::{Contact, Health, Load, PDOS};
 use wire::{
@@ -328,16 +330,19 @@ fn storing_and_restoring_need_their_signatures() {
     for (index, signature, event) in [
         (index::STORE, SIGNATURE_STORE, Event::Store),
         (index::RESTORE, SIGNATURE_RESTORE, Event::Restore),
+        (index::SUPPLY, SIGNATURE_BROWN_OUT, Event::ProtectSupply),
     ] {
-        let address = Address::new(index, 1);
+        let address = Address::new(index, if index == index::SUPPLY { 2 } else { 1 });
         for wrong in [0, 1, signature.swap_bytes(), signature ^ 0x2000_0000] {
             let code = refused(&mut node, address, Value::U32(wrong));
             assert_eq!(code, AbortCode::CannotStore);
         }
         let (result, events) = write(&mut node, address, Value::U32(signature));
         assert_eq!((result, events), (Ok(()), vec![event]));
-        let reads = read(&mut node, address, DataType::Unsigned32);
-        assert_eq!(reads, Ok(PeerValue::Unsigned32(1)));
+        if index != index::SUPPLY {
+            let reads = read(&mut node, address, DataType::Unsigned32);
+            assert_eq!(reads, Ok(PeerValue::Unsigned32(1)));
+        }
     }
 }
 
@@ -1155,7 +1160,7 @@ fn an_id_given_by_lss_counts_until_power_off_though_it_is_not_stored() {
 
 #[test]
 fn a_node_takes_a_tenth_of_what_the_peers_takes() {
-    const VALUES: usize = 249;
+    const VALUES: usize = 252;
     let ours = size_of::<Node>();
     let counts = dictionary::OBJECTS
         .iter()

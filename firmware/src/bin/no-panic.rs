@@ -333,6 +333,10 @@ impl Bus {
     }
 }
 
+impl lsm6dsox::SetSpiClock for Bus {
+    fn set_spi_clock(&mut self, _: lsm6dsox::SpiClock) {}
+}
+
 impl SpiDevice for Bus {
     async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), BusError> {
         Maybe.await;
@@ -465,7 +469,10 @@ fn node() {
                 };
                 let outcome = node.receive(&frame, Timestamp::from_micros(any()));
                 used(outcome.reply);
-                if matches!(outcome.event, Some(Event::Store | Event::Restore)) {
+                if matches!(
+                    outcome.event,
+                    Some(Event::Store | Event::Restore | Event::ProtectSupply)
+                ) {
                     let result = any_bool().then_some(()).ok_or(wire::AbortCode::Hardware);
                     used(node.finish(result));
                 }

@@ -76,11 +76,12 @@ pub fn take() -> Option<Crash> {
 pub fn take_reset() -> Reset {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
-    // Every reset but that of the supply also pulls the pin.
-    if flags.porrstf() {
-        Reset::Power
-    } else if flags.wdgrstf() || flags.wwdgrstf() {
+    // Every reset but that of the supply also pulls the pin; and the supply's flag stays where the
+    // watchdog bit before flags were cleared, while a supply that comes clears the others.
+    if flags.wdgrstf() || flags.wwdgrstf() {
         Reset::Watchdog
+    } else if flags.porrstf() {
+        Reset::Power
     } else if flags.sftrstf() {
         Reset::Software
     } else if flags.borrstf() {

@@ -1,14 +1,28 @@
-//! Sectors 2 and 3 of the flash: the configuration, a page each.
+//! Sectors 2 and 3 of the flash: the configuration, a page each. And the option bytes that say below
+//! which supply voltage the chip resets itself.
 //!
-//! While the flash erases or writes, the processor cannot fetch from it: a word written holds
-//! everything up for 16 µs (100 at most), a sector erased for a quarter of a second (half at
-//! most). So pages are filled before they are erased.
+//! While the flash erases or writes, the processor cannot fetch from it. Times of the data sheet
+//! (DS8626, table 40 \[M\]) at 32 bits at once, which wants a supply of 2.7 to 3.6 V:
+//!
+//! | what | typical | at most |
+//! |---|---|---|
+//! | a word written | 16 µs | 100 µs |
+//! | a sector of 16 KiB erased | 250 ms | 500 ms |
+//! | the same, 8 bits at once | 400 ms | 800 ms |
+//!
+//! The width must be set for an erase as for a write: after reset it is 8 bits, and an erase could
+//! outlast the watchdog. Below the [threshold](supply) of the supply nothing is written or erased.
+//! The steps are those of RM0090, 3.6.
 
-use embassy_stm32::flash::{Bank1Region1, Blocking, Error, Flash};
 use embassy_stm32::pac::FLASH;
+use embassy_stm32::pac::flash::vals::Psize;
 use embassy_stm32::{Peri, peripherals};
-use embassy_time::Timer;
-use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use firmware::ports::StoreFailed;
+
+use super::{supply, watchdog};
 
 /// One sector.
 pub const PAGE: u32 = 16 * 1024;
@@ -16,23 +30,83 @@ pub const PAGE: u32 = 16 * 1024;
 /// Two of them.
 pub const SIZE: u32 = 2 * PAGE;
 
-/// Where they begin, counted from the flash's start: `_config_start` in memory.x.
-const OFFSET: u32 = 0x8000;
+/// The longest that the erase of a sector takes, µs.
+pub const ERASE_MICROS: u32 = 500_000;
 
-/// Two looks of whoever feeds the watchdog, and some.
-const CATCH_UP_MILLIS: u64 = 150;
+/// Where they begin: `_config_start` in memory.x.
+const START: u32 = 0x0800_8000;
+
+/// The number of the first sector.
+const FIRST_SECTOR: u32 = 2;
+
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
+
+/// Bits of `FLASH_SR`: WRPERR, PGAERR, PGPERR, PGSERR, OPERR.
+const ERRORS: u32 = 0xF2;
+
+/// Level 3 in `BOR_LEV` of `FLASH_OPTCR`, which counts downwards; 3 there is off.
+const LEVEL_3: u8 = 0;
 
 /// The configuration's flash, addressed from 0 to [`SIZE`].
-pub struct ConfigFlash(Bank1Region1<'static, Blocking>);
+pub struct ConfigFlash {
+    /// Nothing else has the flash.
+    _flash: Peri<'static, peripherals::FLASH>,
+}
+
+/// Why nothing was written or erased, or not well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Error(StoreFailed);
+
+const REFUSED: Error = Error(StoreFailed::Flash);
+
+impl From<Error> for StoreFailed {
+    fn from(Error(why): Error) -> Self {
+        why
+    }
+}
+
+impl NorFlashError for Error {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
 
 impl ConfigFlash {
-    pub(super) fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
-        Self(
-            Flash::new_blocking(flash)
-                .into_blocking_regions()
-                .bank1_region1,
-        )
+    pub(super) const fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
+        Self { _flash: flash }
     }
+
+    /// From the next power-up on the chip resets itself below 2.7 V. It takes as long as an erase.
+    ///
+    /// # Errors
+    /// The supply is too low, or the option bytes do not read back.
+    pub fn protect_supply(&mut self) -> Result<(), StoreFailed> {
+        if brown_out_level() == 3 {
+            return Ok(());
+        }
+        supply_suffices()?;
+        clear_errors();
+        for key in OPTION_KEYS {
+            FLASH.optkeyr().write_value(key);
+        }
+        watchdog::feed();
+        FLASH.optcr().modify(|w| w.set_bor_lev(LEVEL_3));
+        FLASH.optcr().modify(|w| w.set_optstrt(true));
+        let done = finish();
+        FLASH.optcr().modify(|w| w.set_optlock(true));
+        done?;
+        if brown_out_level() == 3 {
+            Ok(())
+        } else {
+            Err(StoreFailed::Flash)
+        }
+    }
+}
+
+/// From which supply voltage on the chip resets itself: 0 off, 1 to 3 above 2.1, 2.4 and 2.7 V.
+pub fn brown_out_level() -> u8 {
+    3 - (FLASH.optcr().read().bor_lev() & 3)
 }
 
 impl ErrorType for ConfigFlash {
@@ -42,8 +116,13 @@ impl ErrorType for ConfigFlash {
 impl ReadNorFlash for ConfigFlash {
     const READ_SIZE: usize = 1;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
-        self.0.blocking_read(inside(offset, bytes.len())?, bytes)
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        let start = inside(offset, bytes.len())?;
+        for (at, byte) in (start as usize..).zip(bytes) {
+            // SAFETY: inside the pages of the configuration, which no program or variable is in.
+            *byte = unsafe { core::ptr::with_exposed_provenance::<u8>(at).read_volatile() };
+        }
+        Ok(())
     }
 
     fn capacity(&self) -> usize {
@@ -56,42 +135,117 @@ impl NorFlash for ConfigFlash {
     const ERASE_SIZE: usize = PAGE as usize;
 
     /// Word by word: between two of them the sampling loop gets its turn.
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
-        self.0.blocking_write(inside(offset, bytes.len())?, bytes)
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
+        let start = inside(offset, bytes.len())?;
+        let (words, rest) = bytes.as_chunks::<4>();
+        if !start.is_multiple_of(4) || !rest.is_empty() {
+            return Err(REFUSED);
+        }
+        unlock();
+        FLASH.cr().write(|w| {
+            w.set_psize(Psize::PSIZE32);
+            w.set_pg(true);
+        });
+        let mut written = Ok(());
+        for (at, word) in (start as usize..).step_by(4).zip(words) {
+            written = supply_suffices();
+            if written.is_err() {
+                break;
+            }
+            let at = core::ptr::with_exposed_provenance_mut::<u32>(at);
+            // SAFETY: inside the pages of the configuration, which no program or variable is in; on a
+            // word's boundary, and set to be programmed by words.
+            unsafe { at.write_volatile(u32::from_le_bytes(*word)) };
+            written = finish();
+            if written.is_err() {
+                break;
+            }
+        }
+        lock();
+        written
     }
 
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
-        let length = to.checked_sub(from).ok_or(Error::Size)?;
-        let start = inside(from, length as usize)?;
-        for page in (start..start + length).step_by(Self::ERASE_SIZE) {
-            let erased = self.0.blocking_erase(page, page + PAGE);
-            forget_cached_data();
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
+        let length = to.checked_sub(from).ok_or(REFUSED)?;
+        inside(from, length as usize)?;
+        if !from.is_multiple_of(PAGE) || !length.is_multiple_of(PAGE) {
+            return Err(REFUSED);
+        }
+        for page in from / PAGE..to / PAGE {
+            supply_suffices()?;
+            unlock();
+            // Its whole period is needed.
+            watchdog::feed();
+            FLASH.cr().write(|w| {
+                w.set_psize(Psize::PSIZE32);
+                w.set_ser(true);
+                w.set_snb((FIRST_SECTOR + page) as u8);
+            });
+            FLASH.cr().modify(|w| w.set_strt(true));
+            let erased = finish();
+            lock();
             erased?;
-            // The rest of the program catches up, and feeds the watchdog, before the next one.
-            Timer::after_millis(CATCH_UP_MILLIS).await;
         }
         Ok(())
     }
 }
 
-/// The offset in the region, where the range lies in the configuration's pages.
+/// The address, where the range lies in the configuration's pages.
 fn inside(offset: u32, length: usize) -> Result<u32, Error> {
     let fits = (SIZE as usize)
         .checked_sub(length)
         .is_some_and(|last| offset as usize <= last);
     if fits {
-        Ok(OFFSET + offset)
+        Ok(START + offset)
     } else {
-        Err(Error::Size)
+        Err(REFUSED)
     }
 }
 
-/// Erasing leaves old data in the data cache (RM0090, 3.5.4). It can be reset only while off.
-fn forget_cached_data() {
+fn supply_suffices() -> Result<(), Error> {
+    if supply::is_low() {
+        Err(Error(StoreFailed::SupplyLow))
+    } else {
+        Ok(())
+    }
+}
+
+fn unlock() {
+    // Keys written to flash that is open would lock it until the next reset.
+    if FLASH.cr().read().lock() {
+        for key in KEYS {
+            FLASH.keyr().write_value(key);
+        }
+    }
+    clear_errors();
+}
+
+/// Flags are cleared by ones.
+fn clear_errors() {
+    FLASH.sr().modify(|_| {});
+}
+
+/// Locks the flash. Erasing leaves old data in the data cache (RM0090, 3.5.4), and what is written is
+/// read back from the flash itself. The cache can be reset only while off.
+fn lock() {
+    FLASH.cr().write(|w| w.set_lock(true));
     critical_section::with(|_| {
         FLASH.acr().modify(|w| w.set_dcen(false));
         FLASH.acr().modify(|w| w.set_dcrst(true));
         FLASH.acr().modify(|w| w.set_dcrst(false));
         FLASH.acr().modify(|w| w.set_dcen(true));
     });
+}
+
+fn finish() -> Result<(), Error> {
+    loop {
+        let status = FLASH.sr().read();
+        if !status.bsy() {
+            return if status.0 & ERRORS == 0 {
+                Ok(())
+            } else {
+                Err(REFUSED)
+            };
+        }
+    }
 }

@@ -18,14 +18,13 @@ pub mod flash;
 pub mod load;
 pub mod sensor;
 pub mod stack;
+pub mod supply;
 pub mod timebase;
 pub mod uart;
+pub mod watchdog;
 
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::pac::DBGMCU;
-use embassy_stm32::peripherals;
-use embassy_stm32::wdg::IndependentWatchdog;
 
 /// Of what a sample waits for: its timer and the sensor's DMA.
 const URGENT_PRIORITY: Priority = Priority::P1;
@@ -38,10 +37,6 @@ const COMMUNICATION_PRIORITY: Priority = Priority::P4;
 
 /// Of the interrupt that stands for the communication executor.
 pub const COMMUNICATION_EXECUTOR_PRIORITY: Priority = Priority::P5;
-
-/// The watchdog's period, µs. Its clock is between half and one and a half times as fast as it
-/// should be, so it bites after 0.68 s at the earliest: later than a sector takes to erase.
-const WATCHDOG_MICROS: u32 = 1_000_000;
 
 /// Everything on the board, started but for what has settings.
 pub struct Board {
@@ -65,14 +60,13 @@ pub struct Board {
     pub uart: uart::Parts,
     /// Where the configuration is kept.
     pub flash: flash::ConfigFlash,
-    /// Not yet running.
-    pub watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
     /// Lit when high.
     pub led: Output<'static>,
 }
 
 /// Starts the board.
 pub fn start() -> Board {
+    watchdog::start();
     let crash = crash::take();
     let reset = crash::take_reset();
     let clock = clocks::start();
@@ -81,8 +75,7 @@ pub fn start() -> Board {
     if clock == clocks::Source::Crystal {
         clocks::watch_crystal();
     }
-    // A program that a debugger has halted is not stuck.
-    DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
+    supply::watch();
     interrupt::TIM5.set_priority(COMMUNICATION_PRIORITY);
     let sensor = sensor::Parts {
         controller: p.SPI1,
@@ -115,7 +108,6 @@ pub fn start() -> Board {
             receive_dma: p.DMA2_CH2,
         },
         flash: flash::ConfigFlash::new(p.FLASH),
-        watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG_MICROS),
         led: Output::new(p.PC6, Level::Low, Speed::Low),
     }
 }

@@ -10,7 +10,9 @@ use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::dma::regs::{Cr, Ixr, Ndtr};
+use embassy_stm32::pac::rcc::vals::Pllsrc;
 use embassy_stm32::pac::spi::regs::Cr1;
+use embassy_stm32::pac::spi::vals::Br;
 use embassy_stm32::pac::{DMA2, RCC, SPI1};
 use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{Config, MODE_3, Spi};
@@ -20,6 +22,7 @@ use embassy_stm32::{Peri, peripherals};
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use lsm6dsox::{SetSpiClock, SpiClock};
 
 use super::URGENT_PRIORITY;
 use super::timebase::Patience;
@@ -59,11 +62,24 @@ const RECEIVING: u32 = BOTH | 1 << 4 | 1 << 2;
 /// Up to here the bytes are gone before a DMA would be set up.
 const SHORT: usize = 4;
 
-/// Looks for a byte before it counts as lost. It takes 0.8 µs; these take 25 at the least.
+/// Looks for a byte before it counts as lost. It takes at most 1.6 µs; these take 25 at the least.
 const LOOKS: u32 = 1000;
 
-/// How long a burst may take, µs: three times as long as that of a sample.
-const BURST_MICROS: u32 = 50;
+/// Bytes of the longest burst, that of a sample.
+const BURST_BYTES: u32 = 17;
+
+/// How long a burst may take, µs: three times as long as that of a sample, and 10 more.
+const fn burst_micros(clock: SpiClock) -> u32 {
+    10 + 3 * BURST_BYTES * 8 / (clock.hertz() / 1_000_000)
+}
+
+/// The divider of APB2's 80 MHz: `BR` in `SPI_CR1` (RM0090, 28.5.1).
+const fn divider(clock: SpiClock) -> Br {
+    match clock {
+        SpiClock::Full => Br::DIV8,
+        SpiClock::Half => Br::DIV16,
+    }
+}
 
 /// The sensor on its bus, alone.
 pub struct Bus {
@@ -72,6 +88,8 @@ pub struct Bus {
     select: Output<'static>,
     /// What the HAL made of the controller.
     setting: Cr1,
+    /// How long a burst may take, µs.
+    burst_micros: u32,
 }
 
 /// The peripherals.
@@ -116,11 +134,17 @@ impl Parts {
             self.data_ready,
             Pull::Down,
         ));
-        Bus {
+        let mut bus = Bus {
             _spi: spi,
             select: Output::new(self.select, Level::High, Speed::VeryHigh),
             setting: SPI1.cr1().read(),
+            burst_micros: burst_micros(SpiClock::Full),
+        };
+        // The internal oscillator may be some per cent fast: beyond the sensor's limit.
+        if RCC.pllcfgr().read().pllsrc() == Pllsrc::HSI {
+            bus.set_spi_clock(SpiClock::Half);
         }
+        bus
     }
 }
 
@@ -155,7 +179,7 @@ impl SpiDevice for Bus {
             result = if bytes.len() <= SHORT {
                 exchange(bytes)
             } else {
-                burst(bytes)
+                burst(bytes, self.burst_micros)
             };
             if result.is_err() {
                 break;
@@ -166,6 +190,15 @@ impl SpiDevice for Bus {
             self.restart();
         }
         result
+    }
+}
+
+impl SetSpiClock for Bus {
+    #[inline(never)]
+    fn set_spi_clock(&mut self, clock: SpiClock) {
+        self.setting.set_br(divider(clock));
+        self.burst_micros = burst_micros(clock);
+        self.restart();
     }
 }
 
@@ -199,7 +232,7 @@ fn exchange(bytes: &mut [u8]) -> Result<(), ErrorKind> {
 
 /// The same over DMA; the processor sleeps meanwhile, 14 µs for a sample. To leave to others what
 /// nobody else wants would take longer than most of what they do.
-fn burst(bytes: &mut [u8]) -> Result<(), ErrorKind> {
+fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));
     // The receiver first: nothing comes before something is sent.
     SPI1.cr2().modify(|w| w.set_rxdmaen(true));
@@ -210,7 +243,7 @@ fn burst(bytes: &mut [u8]) -> Result<(), ErrorKind> {
         place.ndtr().write_value(Ndtr(bytes.len() as u32));
         place.cr().write_value(Cr(setting));
     }
-    let patience = Patience::start(BURST_MICROS);
+    let patience = Patience::start(limit_micros);
     SPI1.cr2().modify(|w| w.set_txdmaen(true));
     // It stops by itself, at its end or with an error. The end is an interrupt, and so an event.
     while DMA2.st(RECEIVE).cr().read().en() && !patience.is_over() {

@@ -5,6 +5,10 @@
 //! interrupt. Channel 3 says that there was none. Channel 4 wakes whoever sleeps for longer than he
 //! should ([`Patience`]). TIM4 counts all captures, with TIM2's trigger
 //! output as its clock, so that too many edges or too few are noticed and cost no interrupts.
+//!
+//! A compare value that the counter has passed does not match before the counter has wrapped, in 71
+//! minutes. So the counter is read again after a value is written. Where it is late, as after the flash
+//! has held everything up, ticks that cannot be served any more are skipped and counted.
 
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 
@@ -24,6 +28,12 @@ const TICK_MICROS: u32 = 1_000;
 
 /// How long after the tick the edge may come, µs.
 const EDGE_MICROS: u32 = EDGE_LIMIT_US as u32;
+
+/// How late a tick may be served, µs: there is time for an edge before the next one.
+const SERVED_MICROS: u32 = TICK_MICROS - EDGE_MICROS - 100;
+
+/// From one edge to the next, µs.
+const EDGE_PERIOD_MICROS: u32 = 150;
 
 /// Channels, counted from 0.
 const EDGE: usize = 0;
@@ -155,7 +165,8 @@ impl Patience {
         Self { end }
     }
 
-    /// Whether it has come to its end.
+    /// Whether it has come to its end. To be asked before each sleep: where the end has passed before it
+    /// was written, no interrupt comes.
     pub fn is_over(&self) -> bool {
         let left = self.end.wrapping_sub(TIM2.cnt().read());
         left == 0 || left > u32::MAX / 2
@@ -201,11 +212,12 @@ fn TIM2() {
             w.set_ccif(DEADLINE, false);
         });
         count_edges();
-        TICKS.store(
-            TICKS.load(Ordering::Relaxed).wrapping_add(1),
-            Ordering::Relaxed,
-        );
+        count_ticks(1);
         wait_for_edge(true);
+        // What has been passed by now will not match.
+        if TIM2.cnt().read().wrapping_sub(tick) >= EDGE_MICROS {
+            catch_up(tick);
+        }
     } else if pending.ccif(EDGE) && enabled.ccie(EDGE) {
         wait_for_edge(false);
         raise(Some(extend(TIM2.ccr(EDGE).read())));
@@ -216,6 +228,48 @@ fn TIM2() {
         // To be awake again is all that is to be done.
         acknowledge(|w| w.set_ccif(PATIENCE, false));
     }
+}
+
+/// Goes on from a tick that is served so late that its edge may have come and gone: with the newest
+/// tick, or without one where that is too late as well.
+#[cold]
+#[inline(never)]
+fn catch_up(mut tick: u32) {
+    loop {
+        let late = TIM2.cnt().read().wrapping_sub(tick);
+        let skipped = late / TICK_MICROS;
+        tick = tick.wrapping_add(skipped * TICK_MICROS);
+        count_ticks(skipped);
+        TIM2.ccr(TICK).write_value(tick.wrapping_add(TICK_MICROS));
+        acknowledge(|w| w.set_ccif(TICK, false));
+        let late = TIM2.cnt().read().wrapping_sub(tick);
+        if late >= TICK_MICROS {
+            continue;
+        }
+        let served = late < SERVED_MICROS;
+        wait_for_edge(served);
+        if served {
+            let end = tick.wrapping_add(late).wrapping_add(EDGE_MICROS);
+            TIM2.ccr(DEADLINE).write_value(end);
+            acknowledge(|w| w.set_ccif(DEADLINE, false));
+            // The edges since the tick are not those before it.
+            let since = (late / EDGE_PERIOD_MICROS) as u16;
+            for count in [&EDGES, &EDGES_OF_TICK] {
+                count.store(
+                    count.load(Ordering::Relaxed).wrapping_sub(since),
+                    Ordering::Relaxed,
+                );
+            }
+        }
+        return;
+    }
+}
+
+fn count_ticks(count: u32) {
+    TICKS.store(
+        TICKS.load(Ordering::Relaxed).wrapping_add(count),
+        Ordering::Relaxed,
+    );
 }
 
 fn count_edges() {

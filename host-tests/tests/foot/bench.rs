@@ -34,17 +34,9 @@ pub const ORDINARY: PartOptions = PartOptions {
 };
 
 const PLAIN: PartOptions = PartOptions {
-    seed: 1,
-    clock_error: 0.0,
-    jitter_ns: 500,
-    noise: true,
-    accel_bias: [0.0; 3],
-    gyro_bias: [0.0; 3],
-    accel_drift: [0.0; 3],
-    gyro_drift: [0.0; 3],
     accel_test_signal: [4.9; 3],
     gyro_test_signal: [7.0; 3],
-    byte_time_ns: 0,
+    ..PartOptions::DEFAULT
 };
 
 pub fn standing() -> SharedPart {

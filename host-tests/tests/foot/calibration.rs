@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use crate::bench::{Bench, MS, Run, at_once, run, standing};
 use crate::storage::{Flash, load, stored};
 use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method};
-use firmware::ports::{Input, Request};
+use firmware::ports::{Input, Reloaded, Request};
 use firmware::storage::Origin;
 use footfall::gait::{Activity, GaitName, Ground, Motion, Plan, SensorParams};
 use footfall::recording::{RecordedSample, Recording};
@@ -53,7 +53,7 @@ fn is_settling(bench: &Bench) -> bool {
 type Act<'a> = (u64, &'a dyn Fn(&mut Bench));
 
 /// When the sensor, which each run starts again, is at work.
-const AT_WORK: u64 = 500;
+const AT_WORK: u64 = 1000;
 
 /// Runs for `ms` ticks and does one thing after some of them; all answers in their order.
 fn scripted(part: &SharedPart, bench: &mut Bench, ms: u64, script: &[Act<'_>]) -> Vec<Answer> {
@@ -149,7 +149,7 @@ fn what_is_kept_and_stored_is_there_from_the_first_sample_after_power_off() {
     };
     let flash = RefCell::new(None);
     let write = |bench: &mut Bench| {
-        let Some(Request::Store(settings)) = bench.ports.try_next_request() else {
+        let Some(Request::Store(settings, _)) = bench.ports.try_next_request() else {
             panic!("nothing to store");
         };
         *flash.borrow_mut() = Some(stored(Flash::blank(), &settings));
@@ -402,7 +402,10 @@ fn a_reset_of_the_communication_counts_only_where_it_brings_another_learnt() {
         let before = RefCell::new(Learnt::default());
         let reload = |bench: &mut Bench| {
             *before.borrow_mut() = bench.foot.learnt();
-            at_once(bench.ports.reload(settings.clone()));
+            at_once(bench.ports.reload(Reloaded {
+                settings: settings.clone(),
+                origin: Origin::Stored,
+            }));
         };
         let there = |bench: &mut Bench| {
             let expected = starts_with.unwrap_or(*before.borrow());

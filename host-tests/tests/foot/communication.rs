@@ -3,7 +3,8 @@
 use crate::bench::{Bench, MS, Run, SECOND, at_once, run, standing};
 use estimator_core::{Decision, Phase, Timestamp};
 use firmware::Start;
-use firmware::ports::{BusState, Input, Request, StoreFailed};
+use firmware::ports::{BusState, Erase, Input, Reloaded, Request, StoreFailed};
+use firmware::storage::Origin;
 use firmware::supervision::{CrashReason, CrashRecord, Worker};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{BootCause, Command, State};
@@ -332,14 +333,19 @@ fn a_store_is_answered_when_it_is_done_and_a_failed_one_is_a_fault() {
     let signature = Value::U32(SIGNATURE_STORE);
     for (result, by_uart, by_sdo) in [
         (Ok(()), Answer::Done, 0x60),
-        (Err(StoreFailed), Answer::Refused(AbortCode::Hardware), 0x80),
+        (
+            Err(StoreFailed::Flash),
+            Answer::Refused(AbortCode::Hardware),
+            0x80,
+        ),
     ] {
         let mut bench = open();
         bench.set(STORE, signature);
         bench.still();
         assert_eq!(bench.answers(), []);
         let request = bench.ports.try_next_request();
-        assert_eq!(request, Some(Request::Store(bench.foot.settings().clone())));
+        let settings = bench.foot.settings().clone();
+        assert_eq!(request, Some(Request::Store(settings, Erase::Allowed)));
         // A second one has to wait its turn.
         bench.set(STORE, signature);
         bench.still();
@@ -355,7 +361,7 @@ fn a_store_is_answered_when_it_is_done_and_a_failed_one_is_a_fault() {
         receive(&mut bench, sdo_write(STORE, signature, 4));
         assert!(matches!(
             bench.ports.try_next_request(),
-            Some(Request::Store(_))
+            Some(Request::Store(..))
         ));
         assert!(!bench.can.iter().any(|frame| frame.id() == 0x591));
         assert!(bench.ports.try_put(Input::Stored(result)));
@@ -367,7 +373,10 @@ fn a_store_is_answered_when_it_is_done_and_a_failed_one_is_a_fault() {
             Value::U32(SIGNATURE_RESTORE),
         );
         bench.still();
-        assert_eq!(bench.ports.try_next_request(), Some(Request::Restore));
+        assert_eq!(
+            bench.ports.try_next_request(),
+            Some(Request::Restore(Erase::Allowed))
+        );
         assert!(bench.ports.try_put(Input::Stored(Ok(()))));
         bench.still();
         assert_eq!(bench.answers(), [Answer::Done]);
@@ -383,7 +392,10 @@ fn a_reset_of_the_communication_loads_what_is_stored_and_boots_again() {
     assert_eq!(bench.ports.try_next_request(), Some(Request::Reload));
     assert_eq!(bench.contact(), None);
     let stored = settings(&[(Address::new(index::NODE_ID, 0), Value::U8(0x20))]);
-    at_once(bench.ports.reload(stored.clone()));
+    at_once(bench.ports.reload(Reloaded {
+        settings: stored.clone(),
+        origin: Origin::Stored,
+    }));
     bench.still();
     assert_eq!(bench.can[0], CanFrame::new(0x720, &[0]).expect("boot-up"));
     assert_eq!(*bench.foot.settings(), stored);
@@ -409,6 +421,7 @@ fn what_is_wrong_from_before_is_told_at_the_start_and_the_crash_fades() {
         crash: Some(crash.into()),
         settings_corrupted: true,
         crystal_missing: false,
+        brown_out_level: 3,
     };
     let mut bench = Bench::with_start(Settings::default(), start);
     bench.still();
@@ -557,4 +570,107 @@ fn the_watchdog_is_fed_only_while_ticks_and_communication_get_on() {
     bench.still();
     bench.ports.progress.report(Worker::Can);
     assert!(!bench.ports.progress.all_got_on(), "without the UART");
+}
+
+#[test]
+fn damaged_settings_are_reported_after_a_reset_of_the_communication_and_until_sound_ones_come() {
+    let mut bench = bench();
+    for (origin, told) in [
+        (Origin::Corrupted, vec![0x6300]),
+        // The node has booted, so whoever listens hears of it again.
+        (Origin::Corrupted, vec![0x6300]),
+        (Origin::Stored, vec![]),
+        (Origin::Corrupted, vec![0x6300]),
+        (Origin::Blank, vec![]),
+    ] {
+        bench.command(Command::ResetCommunication);
+        bench.still();
+        assert_eq!(bench.ports.try_next_request(), Some(Request::Reload));
+        at_once(bench.ports.reload(Reloaded {
+            settings: Settings::default(),
+            origin,
+        }));
+        bench.still();
+        let codes: Vec<_> = bench.emergencies().iter().map(|e| e.code).collect();
+        assert_eq!(codes, told, "{origin:?}");
+        let faults = bench.foot.faults();
+        let corrupted = origin == Origin::Corrupted;
+        assert_eq!(faults.contains(Fault::ConfigCorrupted), corrupted);
+    }
+}
+
+#[test]
+fn while_process_data_go_out_no_page_is_erased_for_a_store() {
+    let mut bench = bench();
+    let restore = Address::new(index::RESTORE, 1);
+    for (address, signature) in [(STORE, SIGNATURE_STORE), (restore, SIGNATURE_RESTORE)] {
+        bench.set(address, Value::U32(signature));
+        bench.still();
+        assert!(matches!(
+            bench.ports.try_next_request(),
+            Some(Request::Store(_, Erase::Refused) | Request::Restore(Erase::Refused))
+        ));
+        let needs_erase = Err(StoreFailed::NeedsErase);
+        assert!(bench.ports.try_put(Input::Stored(needs_erase)));
+        bench.still();
+        assert_eq!(bench.answers(), [Answer::Refused(AbortCode::DeviceState)]);
+        // It is no fault of the board.
+        assert!(bench.foot.faults().is_empty());
+    }
+}
+
+#[test]
+fn a_supply_too_low_to_store_has_a_detail_of_its_own() {
+    let mut bench = open();
+    bench.set(STORE, Value::U32(SIGNATURE_STORE));
+    bench.still();
+    assert!(bench.ports.try_next_request().is_some());
+    let low = Err(StoreFailed::SupplyLow);
+    assert!(bench.ports.try_put(Input::Stored(low)));
+    bench.still();
+    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::Hardware)]);
+    let told: Vec<_> = bench.emergencies();
+    assert_eq!((told[0].code, told[0].detail), (0x6301, 1));
+}
+
+#[test]
+fn the_brown_out_level_is_shown_and_set_on_request() {
+    let start = Start {
+        brown_out_level: 2,
+        ..Start::default()
+    };
+    let mut bench = Bench::with_start(Settings::default(), start);
+    bench.still();
+    let level = Address::new(index::SUPPLY, 1);
+    let command = Address::new(index::SUPPLY, 2);
+    bench.ask(&Message::ConfigGet(wire::uart::ConfigGet {
+        address: level,
+    }));
+    bench.still();
+    assert_eq!(bench.answers(), [Answer::Value(Value::U8(2).into())]);
+    let signature = Value::U32(wire::dictionary::SIGNATURE_BROWN_OUT);
+    bench.set(command, signature);
+    bench.still();
+    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::DeviceState)]);
+    bench.command(Command::EnterPreOperational);
+    bench.still();
+    bench.set(command, Value::U32(1));
+    bench.still();
+    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::CannotStore)]);
+    for (result, answer) in [
+        (Ok(()), Answer::Done),
+        (
+            Err(StoreFailed::SupplyLow),
+            Answer::Refused(AbortCode::Hardware),
+        ),
+    ] {
+        bench.set(command, signature);
+        bench.still();
+        assert_eq!(bench.answers(), []);
+        assert_eq!(bench.ports.try_next_request(), Some(Request::ProtectSupply));
+        assert!(bench.ports.try_put(Input::Protected(result)));
+        bench.still();
+        assert_eq!(bench.answers(), [answer]);
+        assert!(bench.foot.faults().is_empty());
+    }
 }

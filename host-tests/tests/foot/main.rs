@@ -9,5 +9,6 @@ mod calibration;
 mod communication;
 mod correction;
 mod faults;
+mod half_dead;
 mod hour;
 mod storage;

@@ -1,17 +1,20 @@
 //! Settings in flash, with the power cut at every byte.
 
-use embedded_storage_async::nor_flash::{
+mod formats;
+
+use std::ops::Range;
+
+use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use firmware::ports::{Erase, StoreFailed};
 use firmware::storage::{Origin, Storage};
 use wire::dictionary::index;
 use wire::{Address, Settings, Value};
 
-use crate::bench::at_once;
-
 const PAGE: usize = 2048;
 const PAGES: usize = 2;
-const RANGE: std::ops::Range<u32> = 0..(PAGE * PAGES) as u32;
+const RANGE: Range<u32> = 0..(PAGE * PAGES) as u32;
 
 /// Two pages of flash that lose their power after so many bytes. A write clears bits, byte by
 /// byte; an erase sets them, byte by byte too.
@@ -21,6 +24,8 @@ pub struct Flash {
     power: u64,
     /// Bytes written and erased so far.
     spent: u64,
+    /// Bits that have failed and stay cleared: in these bytes, those of the mask.
+    dead: (Range<usize>, u8),
 }
 
 #[derive(Debug)]
@@ -38,6 +43,7 @@ impl Flash {
             bytes: vec![0xFF; PAGE * PAGES],
             power: u64::MAX,
             spent: 0,
+            dead: (0..0, 0),
         }
     }
 
@@ -45,7 +51,16 @@ impl Flash {
         self.power = self.power.checked_sub(1).ok_or(PowerCut)?;
         self.spent += 1;
         self.bytes[at] = change(self.bytes[at]);
+        if self.dead.0.contains(&at) {
+            self.bytes[at] &= !self.dead.1;
+        }
         Ok(())
+    }
+}
+
+impl From<PowerCut> for StoreFailed {
+    fn from(_: PowerCut) -> Self {
+        Self::Flash
     }
 }
 
@@ -56,7 +71,7 @@ impl ErrorType for Flash {
 impl ReadNorFlash for Flash {
     const READ_SIZE: usize = 1;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerCut> {
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerCut> {
         let offset = offset as usize;
         bytes.copy_from_slice(&self.bytes[offset..offset + bytes.len()]);
         Ok(())
@@ -71,11 +86,11 @@ impl NorFlash for Flash {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = PAGE;
 
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerCut> {
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerCut> {
         (from as usize..to as usize).try_for_each(|at| self.change(at, |_| 0xFF))
     }
 
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerCut> {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerCut> {
         assert_eq!(
             (offset as usize % 4, bytes.len() % 4),
             (0, 0),
@@ -90,12 +105,12 @@ impl NorFlash for Flash {
 }
 
 fn storage(flash: Flash) -> Storage<Flash> {
-    Storage::new(flash, RANGE).expect("two pages")
+    Storage::new(flash, &RANGE).expect("two pages")
 }
 
 /// The settings that a start finds.
 pub fn load(flash: Flash) -> (Settings, Origin) {
-    at_once(storage(flash).load())
+    storage(flash).load()
 }
 
 /// Settings with every half-width and the window at something of their own.
@@ -116,7 +131,9 @@ fn settings(number: u32) -> Settings {
 /// The flash after a store.
 pub fn stored(flash: Flash, settings: &Settings) -> Flash {
     let mut storage = storage(flash);
-    at_once(storage.store(settings)).expect("it has power");
+    storage
+        .store(settings, Erase::Allowed)
+        .expect("it has power");
     storage.release()
 }
 
@@ -127,11 +144,8 @@ fn blank_flash_gives_defaults_and_stored_settings_come_back() {
     let flash = stored(flash, &settings(1));
     assert_eq!(load(flash.clone()), (settings(1), Origin::Stored));
     let mut storage = storage(flash);
-    at_once(storage.restore()).expect("it has power");
-    assert_eq!(
-        at_once(storage.load()),
-        (Settings::default(), Origin::Blank)
-    );
+    storage.restore(Erase::Allowed).expect("it has power");
+    assert_eq!(storage.load(), (Settings::default(), Origin::Blank));
 }
 
 #[test]
@@ -149,7 +163,7 @@ fn a_power_cut_at_any_byte_of_a_store_leaves_the_old_settings_or_the_new() {
             let mut cut_off = flash.clone();
             cut_off.power = cut;
             let mut storage = storage(cut_off);
-            assert!(at_once(storage.store(&new)).is_err());
+            assert!(storage.store(&new, Erase::Allowed).is_err());
             let mut survivor = storage.release();
             survivor.power = u64::MAX;
             let (loaded, origin) = load(survivor.clone());
@@ -234,7 +248,7 @@ fn a_power_cut_in_the_very_first_store_leaves_defaults() {
         let mut flash = Flash::blank();
         flash.power = cut;
         let mut storage = storage(flash);
-        assert!(at_once(storage.store(&new)).is_err());
+        assert!(storage.store(&new, Erase::Allowed).is_err());
         let mut flash = storage.release();
         flash.power = u64::MAX;
         let (loaded, _) = load(flash);
@@ -264,6 +278,114 @@ fn flash_full_of_anything_can_be_used_again() {
 #[test]
 fn a_range_that_is_not_whole_pages_is_refused() {
     for (start, end) in [(0, PAGE as u32), (0, 100), (4, 4100), (4096, 0)] {
-        assert!(Storage::new(Flash::blank(), start..end).is_err());
+        assert!(Storage::new(Flash::blank(), &(start..end)).is_err());
+    }
+}
+
+/// Flash whose page in use has no room for another record, and whose other page is full too.
+fn both_full() -> (Flash, Settings) {
+    let mut flash = stored(Flash::blank(), &settings(0));
+    let mut erases = 0;
+    for number in 1.. {
+        let (before, next) = (flash.clone(), stored(flash, &settings(number)));
+        erases += u32::from(next.spent - before.spent >= PAGE as u64);
+        if erases == 2 {
+            return (before, settings(number - 1));
+        }
+        flash = next;
+    }
+    unreachable!("some store erases");
+}
+
+#[test]
+fn a_store_or_a_restore_that_must_erase_is_refused_where_it_may_not_and_changes_nothing() {
+    let (full, last) = both_full();
+    let mut storage = storage(full.clone());
+    let new = settings(100);
+    assert_eq!(
+        storage.store(&new, Erase::Refused),
+        Err(StoreFailed::NeedsErase)
+    );
+    assert_eq!(storage.load(), (last, Origin::Stored));
+    assert_eq!(storage.store(&new, Erase::Allowed), Ok(()));
+    assert_eq!(storage.load(), (new.clone(), Origin::Stored));
+    // The page behind it is used without an erase.
+    assert_eq!(storage.store(&settings(101), Erase::Refused), Ok(()));
+    assert_eq!(storage.restore(Erase::Refused), Ok(()));
+    assert_eq!(storage.load(), (Settings::default(), Origin::Blank));
+}
+
+#[test]
+fn a_load_changes_nothing_whatever_the_pages_hold() {
+    let (full, _) = both_full();
+    let cost = stored(full.clone(), &settings(100)).spent - full.spent;
+    for cut in (0..cost).step_by(7) {
+        let mut storage = storage(Flash {
+            power: cut,
+            ..full.clone()
+        });
+        assert!(storage.store(&settings(100), Erase::Allowed).is_err());
+        let cut_off = storage.release();
+        let mut storage = self::storage(cut_off.clone());
+        let (_, origin) = storage.load();
+        assert_eq!(origin, Origin::Stored, "cut at byte {cut}");
+        let after = storage.release();
+        assert_eq!((after.bytes, after.spent), (cut_off.bytes, cut_off.spent));
+    }
+}
+
+#[test]
+fn a_bit_that_does_not_hold_moves_the_record_on_and_two_are_reported() {
+    let old = stored(Flash::blank(), &settings(1));
+    let begin = old.bytes.iter().rposition(|byte| *byte != 0xFF);
+    let begin = begin.expect("something is stored") + 1;
+    let new = settings(2);
+    let record = (stored(old.clone(), &new).spent - old.spent) as usize;
+    let mut moved = 0;
+    for at in begin..begin + record {
+        for bit in 0..8 {
+            let dead = (at..at + 1, 1 << bit);
+            let flash = stored(
+                Flash {
+                    dead,
+                    ..old.clone()
+                },
+                &new,
+            );
+            moved += usize::from(flash.spent - old.spent > record as u64);
+            let bytes = flash.bytes.clone();
+            assert_eq!(load(flash), (new.clone(), Origin::Stored), "byte {at}");
+            // Nor does it hold where the bit was cleared before.
+            let mut worn = old.clone();
+            worn.bytes[at] &= !(1 << bit);
+            let worn = stored(worn, &new);
+            assert_eq!(load(worn), (new.clone(), Origin::Stored), "byte {at}");
+            assert!(bytes[..begin] == old.bytes[..begin]);
+        }
+    }
+    // Many bits are to be cleared anyway.
+    assert!(moved > record, "{moved} moved");
+    // Where nothing holds, it is said, and the old settings are still there.
+    let mut flash = old;
+    flash.bytes[begin + 8..PAGE - 4].fill(0);
+    flash.dead = (PAGE + 4..2 * PAGE - 4, 0x01);
+    let mut storage = storage(flash);
+    let result = storage.store(&new, Erase::Allowed);
+    assert_eq!(result, Err(StoreFailed::Flash));
+    assert_eq!(storage.load().0, settings(1));
+}
+
+#[test]
+fn a_newest_record_that_has_decayed_is_reported_beside_the_one_before_it() {
+    let older = stored(Flash::blank(), &settings(1));
+    let newer = stored(older.clone(), &settings(2));
+    let used = |flash: &Flash| flash.bytes.iter().rposition(|byte| *byte != 0xFF);
+    let (from, to) = (used(&older), used(&newer));
+    let (from, to) = (from.expect("used") + 1, to.expect("used"));
+    // Behind the header, before what fills up the last word.
+    for at in from + 8..to - 3 {
+        let mut flash = newer.clone();
+        flash.bytes[at] ^= 0x04;
+        assert_eq!(load(flash), (settings(1), Origin::Corrupted), "byte {at}");
     }
 }

@@ -31,7 +31,11 @@ impl Mode {
 #[derive(Clone, Debug)]
 pub(super) struct Fifo {
     words: VecDeque<WordBytes>,
+    /// How many words it holds: fewer than there is room for where it stops at the watermark.
+    depth: u16,
     slot: u8,
+    /// Slots since the timestamp was last taken.
+    without_timestamp: u8,
     overrun: bool,
     overrun_latched: bool,
 }
@@ -40,7 +44,9 @@ impl Fifo {
     pub(super) fn new() -> Self {
         Self {
             words: VecDeque::with_capacity(usize::from(CAPACITY)),
+            depth: CAPACITY,
             slot: 0,
+            without_timestamp: 0,
             overrun: false,
             overrun_latched: false,
         }
@@ -49,6 +55,7 @@ impl Fifo {
     pub(super) fn clear(&mut self) {
         self.words.clear();
         self.slot = 0;
+        self.without_timestamp = 0;
         self.overrun = false;
         self.overrun_latched = false;
     }
@@ -58,11 +65,30 @@ impl Fifo {
         self.slot = (self.slot + 1) & 0b11;
     }
 
+    /// `STOP_ON_WTM`: no more words than the watermark; `None` is all there is room for.
+    pub(super) fn set_depth(&mut self, watermark: Option<u16>) {
+        let watermark = watermark.filter(|watermark| *watermark > 0);
+        self.depth = watermark.map_or(CAPACITY, |watermark| watermark.min(CAPACITY));
+    }
+
+    /// Whether the timestamp goes with this slot, by `ODR_TS_BATCH` (ST's `DEC_TS_BATCH`).
+    pub(super) const fn takes_timestamp(&mut self, code: u8) -> bool {
+        let every = match code {
+            0 => return false,
+            1 => 1,
+            2 => 8,
+            _ => 32,
+        };
+        let takes = self.without_timestamp == 0;
+        self.without_timestamp = (self.without_timestamp + 1) % every;
+        takes
+    }
+
     pub(super) fn push(&mut self, mode: Mode, tag: u8, data: [u8; 6]) {
         if mode == Mode::Bypass {
             return;
         }
-        if self.words.len() >= usize::from(CAPACITY) {
+        if self.words.len() >= usize::from(self.depth) {
             self.overrun = true;
             self.overrun_latched = true;
             if mode == Mode::UntilFull {
@@ -157,6 +183,29 @@ mod tests {
             fifo.push(Mode::UntilFull, tag::GYRO, [low, high, 0, 0, 0, 0]);
         }
         assert_eq!((fifo.level(), fifo.read(1)), (CAPACITY, 0));
+    }
+
+    #[test]
+    fn a_fifo_that_stops_at_the_watermark_holds_no_more() {
+        let mut fifo = Fifo::new();
+        fifo.set_depth(Some(10));
+        for i in 0..15_u8 {
+            fifo.push(Mode::UntilFull, tag::GYRO, [i, 0, 0, 0, 0, 0]);
+        }
+        assert_eq!((fifo.level(), fifo.read(1)), (10, 0));
+        for i in 0..15_u8 {
+            fifo.push(Mode::Continuous, tag::GYRO, [i, 0, 0, 0, 0, 0]);
+        }
+        assert_eq!((fifo.level(), fifo.read(1)), (10, 5));
+    }
+
+    #[test]
+    fn timestamps_are_decimated_by_slots() {
+        for (code, taken) in [(0, 0), (1, 64), (2, 8), (3, 2)] {
+            let mut fifo = Fifo::new();
+            let count = (0..64).filter(|_| fifo.takes_timestamp(code)).count();
+            assert_eq!(count, taken);
+        }
     }
 
     #[test]

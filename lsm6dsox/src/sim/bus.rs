@@ -1,7 +1,10 @@
 //! What the bus sees: bytes in and out of registers.
 
+use super::memory::Bank;
 use super::part::{Busy, Part};
-use crate::register::{self, Register, ctrl3_c, ctrl4_c, ctrl10_c, status_reg};
+use crate::register::{
+    self, Register, ctrl3_c, ctrl4_c, ctrl5_c, ctrl10_c, func_cfg_access, status_reg,
+};
 
 /// What `BDU` makes of a new value while a word is half read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +65,10 @@ impl Words {
         self.accel_fresh = true;
     }
 
+    pub(super) fn temperature_bytes(&self) -> [u8; 2] {
+        self.words[0].value.to_le_bytes()
+    }
+
     pub(super) fn gyro_bytes(&self) -> [u8; 6] {
         bytes(&self.words[1..4])
     }
@@ -100,6 +107,10 @@ fn bytes(words: &[Word]) -> [u8; 6] {
     core::array::from_fn(|i| words[i / 2].value.to_le_bytes()[i % 2])
 }
 
+/// How long before the sampling edge data must be valid for the master, ns: of the order of what
+/// STM32's data sheets give (assumed).
+const SETUP_NS: u32 = 5;
+
 /// Where in an SPI transaction the bus is.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) enum Phase {
@@ -125,12 +136,52 @@ impl Part {
         self.phase = Phase::Idle;
     }
 
-    /// One byte from the master, one byte to it. While chip select is high nobody drives the
-    /// data line: 0xFF.
+    /// The clock with which the master reads from now on, Hz. Where its half period is shorter than
+    /// [`least_half_period_ns`](Self::least_half_period_ns), every bit is read one clock late.
+    pub const fn set_bus_clock(&mut self, hertz: u32) {
+        self.bus_clock_hertz = Some(hertz);
+        if self.options.byte_time_ns > 0 && hertz > 0 {
+            self.options.byte_time_ns = (8_000_000_000 / hertz as u64) as u32;
+        }
+    }
+
+    /// From the clock's edge that shifts to the one that samples it takes at least this long to read
+    /// what the part sends, ns: its delay and the master's setup time.
+    #[must_use]
+    pub fn least_half_period_ns(&self) -> u32 {
+        self.faults
+            .sdo_delay_ns
+            .unwrap_or(self.options.sdo_delay_ns)
+            + SETUP_NS
+    }
+
+    /// Whether the data line is behind the master's clock.
+    fn is_late(&self) -> bool {
+        let half_period_ns = |hertz: u32| 500_000_000 / hertz.max(1);
+        self.bus_clock_hertz
+            .is_some_and(|hertz| half_period_ns(hertz) < self.least_half_period_ns())
+    }
+
+    /// One byte from the master, one byte to it. While chip select is high, and with 3-wire SPI
+    /// always, nobody drives the data line: [`open_line`](super::PartOptions::open_line).
     pub fn exchange(&mut self, out: u8) -> u8 {
+        let byte = self.answer(out);
+        if ctrl3_c::SIM.is_set(self.memory.get(register::CTRL3_C)) {
+            return self.faults.stuck.unwrap_or(self.options.open_line);
+        }
+        if !self.is_late() {
+            return byte;
+        }
+        let late = self.late_bit << 7 | byte >> 1;
+        self.late_bit = byte & 1;
+        self.faults.stuck.unwrap_or(late)
+    }
+
+    /// The byte that the part shifts out while `out` comes in.
+    fn answer(&mut self, out: u8) -> u8 {
         self.byte_time();
         match self.phase {
-            Phase::Idle => 0xFF,
+            Phase::Idle => self.options.open_line,
             Phase::Address => {
                 let address = out & !Register::READ;
                 self.phase = if out & Register::READ == 0 {
@@ -165,7 +216,19 @@ impl Part {
         } else if address == register::FIFO_DATA_OUT_Z_H.address {
             register::FIFO_DATA_OUT_TAG.address
         } else {
-            (address + 1) & 0x7F
+            self.rounded(address).unwrap_or((address + 1) & 0x7F)
+        }
+    }
+
+    /// Where a burst goes back to from the last output, by `ROUNDING` in `CTRL5_C`.
+    fn rounded(&self, address: u8) -> Option<u8> {
+        const LAST_GYRO: u8 = register::OUTX_L_A.address - 1;
+        const LAST_ACCEL: u8 = register::OUTZ_H_A.address;
+        let rounding = ctrl5_c::ROUNDING.of(self.memory.get(register::CTRL5_C));
+        match (rounding, address) {
+            (0b01, LAST_ACCEL) => Some(register::OUTX_L_A.address),
+            (0b10, LAST_GYRO) | (0b11, LAST_ACCEL) => Some(register::OUTX_L_G.address),
+            _ => None,
         }
     }
 
@@ -202,6 +265,9 @@ impl Part {
             }
             _ => {}
         }
+        if let Some(bank) = self.other_bank(address) {
+            return self.memory.read_other(bank, address);
+        }
         match address {
             OUT..=OUT_END => self.words.read(address - OUT),
             TAG..=TAG_END => self.fifo.read(usize::from(address - TAG)),
@@ -232,6 +298,9 @@ impl Part {
         if self.busy.is_some() {
             return;
         }
+        if let Some(bank) = self.other_bank(address) {
+            return self.memory.write_other(bank, address, value);
+        }
         if address == register::TIMESTAMP2.address {
             if value == register::TIMESTAMP_RESET && self.timestamp_zero.is_some() {
                 self.timestamp_zero = Some(self.clock.steps(self.now_ns * 1000));
@@ -239,6 +308,33 @@ impl Part {
             return;
         }
         self.memory.write(address, value);
+        self.act_on(address, value);
+    }
+
+    /// The bank that an address means, where it is not the one described in
+    /// [`register`](crate::register): that of the embedded functions or of the sensor hub.
+    fn other_bank(&self, address: u8) -> Option<Bank> {
+        const SENSOR_HUB: u8 = 0b01;
+        if address == register::FUNC_CFG_ACCESS.address {
+            return None;
+        }
+        let access = self.memory.get(register::FUNC_CFG_ACCESS);
+        match func_cfg_access::REG_ACCESS.of(access) {
+            0 => None,
+            SENSOR_HUB => Some(Bank::SensorHub),
+            _ => Some(Bank::EmbeddedFunctions),
+        }
+    }
+
+    /// Changes bits of a register behind the bus's back.
+    pub(super) fn flip(&mut self, address: u8, bits: u8) {
+        let value = self.memory.read(address) ^ bits;
+        self.memory.force(address, value);
+        self.act_on(address, value);
+    }
+
+    /// What a register's new value starts.
+    fn act_on(&mut self, address: u8, value: u8) {
         if address == register::CTRL3_C.address && ctrl3_c::BOOT.is_set(value) {
             return self.reboot();
         }

@@ -10,6 +10,7 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 
 use super::fault::Fault;
 use super::part::Part;
+use crate::driver::{SetSpiClock, SpiClock};
 use crate::setting::Pin;
 
 /// A part that several hold: the buses, the delay, and the test that watches.
@@ -132,6 +133,13 @@ impl embedded_hal_async::spi::SpiDevice for SimSpi {
         operations: &mut [Operation<'_, u8>],
     ) -> Result<(), Infallible> {
         SpiDevice::transaction(self, operations)
+    }
+}
+
+impl SetSpiClock for SimSpi {
+    /// Tells the part, whose bytes take as much longer where they take time at all.
+    fn set_spi_clock(&mut self, clock: SpiClock) {
+        self.0.with(|part| part.set_bus_clock(clock.hertz()));
     }
 }
 

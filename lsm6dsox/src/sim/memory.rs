@@ -2,7 +2,10 @@
 
 use std::vec::Vec;
 
-use crate::register::{self, Access, Register};
+use crate::register::{
+    self, Access, Field, Register, counter_bdr_reg1, ctrl3_c, ctrl4_c, ctrl5_c, ctrl6_c, ctrl7_g,
+    ctrl8_xl, ctrl9_xl, fifo_ctrl2, func_cfg_access, int1_ctrl, int2_ctrl,
+};
 
 /// Something a driver must not do to the registers. The part shrugs it off; tests need not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,15 +31,107 @@ pub enum Offence {
         /// What.
         value: u8,
     },
+    /// A write that switched on what this part does not simulate; the register holds it, and
+    /// nothing comes of it.
+    NotSimulated {
+        /// Where.
+        address: u8,
+        /// The bits.
+        bits: u8,
+    },
+}
+
+/// What the part would act on and this one does not, by register: bits that are refused.
+const NOT_SIMULATED: &[(Register, &[Field])] = &[
+    (
+        register::FUNC_CFG_ACCESS,
+        &[func_cfg_access::OIS_CTRL_FROM_UI],
+    ),
+    (
+        register::FIFO_CTRL2,
+        &[
+            fifo_ctrl2::UNCOPTR_RATE,
+            fifo_ctrl2::ODRCHG_EN,
+            fifo_ctrl2::FIFO_COMPR_RT_EN,
+        ],
+    ),
+    (
+        register::COUNTER_BDR_REG1,
+        &[
+            counter_bdr_reg1::TRIG_COUNTER_BDR,
+            counter_bdr_reg1::RST_COUNTER_BDR,
+        ],
+    ),
+    (
+        register::INT1_CTRL,
+        &[
+            int1_ctrl::BOOT,
+            int1_ctrl::FIFO_OVR,
+            int1_ctrl::FIFO_FULL,
+            int1_ctrl::CNT_BDR,
+            int1_ctrl::DEN_DRDY_FLAG,
+        ],
+    ),
+    (
+        register::INT2_CTRL,
+        &[
+            int2_ctrl::DRDY_TEMP,
+            int2_ctrl::FIFO_OVR,
+            int2_ctrl::FIFO_FULL,
+            int2_ctrl::CNT_BDR,
+        ],
+    ),
+    (register::CTRL3_C, &[ctrl3_c::PP_OD]),
+    (register::CTRL4_C, &[ctrl4_c::DRDY_MASK]),
+    (
+        register::CTRL5_C,
+        &[ctrl5_c::ROUNDING_STATUS, ctrl5_c::XL_ULP_EN],
+    ),
+    (register::CTRL6_C, &[ctrl6_c::USR_OFF_W, ctrl6_c::DEN_MODE]),
+    (
+        register::CTRL7_G,
+        &[
+            ctrl7_g::OIS_ON,
+            ctrl7_g::USR_OFF_ON_OUT,
+            ctrl7_g::OIS_ON_EN,
+            ctrl7_g::HP_EN_G,
+            ctrl7_g::G_HM_MODE,
+        ],
+    ),
+    (
+        register::CTRL8_XL,
+        &[
+            ctrl8_xl::HP_SLOPE_XL_EN,
+            ctrl8_xl::FASTSETTL_MODE_XL,
+            ctrl8_xl::HP_REF_MODE_XL,
+        ],
+    ),
+    (register::CTRL9_XL, &[ctrl9_xl::DEN_LH, ctrl9_xl::DEN_XL_G]),
+];
+
+/// The bits of `value` that are refused.
+fn not_simulated(address: u8, value: u8) -> u8 {
+    let fields = NOT_SIMULATED.iter().find(|(r, _)| r.address == address);
+    let fields = fields.map_or(&[][..], |(_, fields)| fields);
+    fields.iter().fold(0, |bits, field| bits | field.mask()) & value
 }
 
 /// Offences that are kept; later ones are only counted by being missing.
 const OFFENCES: usize = 256;
 
+/// A bank of registers of which none is described.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Bank {
+    EmbeddedFunctions,
+    SensorHub,
+}
+
 /// Values of the registers that hold some.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
     values: [u8; 128],
+    /// The other banks: what was written, without any effect.
+    others: [[u8; 128]; 2],
     described: [Option<Register>; 128],
     offences: Vec<Offence>,
 }
@@ -49,6 +144,7 @@ impl Memory {
         }
         let mut memory = Self {
             values: [0; 128],
+            others: [[0; 128]; 2],
             described,
             offences: Vec::new(),
         };
@@ -60,10 +156,19 @@ impl Memory {
         self.values = self
             .described
             .map(|register| register.map_or(0, |register| register.reset));
+        self.others = [[0; 128]; 2];
     }
 
     pub(super) fn read(&self, address: u8) -> u8 {
         self.values[usize::from(address & 0x7F)]
+    }
+
+    pub(super) fn read_other(&self, bank: Bank, address: u8) -> u8 {
+        self.others[bank as usize][usize::from(address & 0x7F)]
+    }
+
+    pub(super) fn write_other(&mut self, bank: Bank, address: u8, value: u8) {
+        self.others[bank as usize][usize::from(address & 0x7F)] = value;
     }
 
     pub(super) fn get(&self, register: Register) -> u8 {
@@ -82,8 +187,14 @@ impl Memory {
                     register,
                     (value & register.mask) | (register.reset & !register.mask),
                 );
-                (!register.keeps_reserved_bits(value))
-                    .then_some(Offence::ChangedReservedBits { address, value })
+                let bits = not_simulated(address, value);
+                if !register.keeps_reserved_bits(value) {
+                    Some(Offence::ChangedReservedBits { address, value })
+                } else if bits != 0 {
+                    Some(Offence::NotSimulated { address, bits })
+                } else {
+                    None
+                }
             }
         };
         if let Some(offence) = offence
@@ -95,7 +206,12 @@ impl Memory {
 
     /// Puts a value there whatever it is.
     pub(super) fn put(&mut self, register: Register, value: u8) {
-        self.values[usize::from(register.address)] = value;
+        self.force(register.address, value);
+    }
+
+    /// The same by the address.
+    pub(super) fn force(&mut self, address: u8, value: u8) {
+        self.values[usize::from(address & 0x7F)] = value;
     }
 
     pub(super) fn offences(&self) -> &[Offence] {
@@ -124,6 +240,21 @@ mod tests {
         assert_eq!(memory.read(0x02), 0x7F);
         let noted = |address, value| Offence::ChangedReservedBits { address, value };
         assert_eq!(memory.offences(), [noted(0x10, 0xFF), noted(0x02, 0x40)]);
+    }
+
+    #[test]
+    fn what_is_not_simulated_is_held_and_noted() {
+        let mut memory = Memory::new();
+        memory.write(register::CTRL7_G.address, 0x40);
+        memory.write(register::CTRL5_C.address, 0x05);
+        assert_eq!(memory.get(register::CTRL7_G), 0x40);
+        assert_eq!(
+            memory.offences(),
+            [Offence::NotSimulated {
+                address: 0x16,
+                bits: 0x40
+            }]
+        );
     }
 
     #[test]

@@ -6,10 +6,11 @@ use super::batch::{Fifo, Mode};
 use super::bus::{Phase, Update, Words};
 use super::channel::{self, Channel};
 use super::clock::Clock;
-use super::fault::{Fault, Faults};
+use super::fault::{Broken, Fault, Faults};
 use super::handle::SharedPart;
 use super::memory::{Memory, Offence};
 use super::motion::{Motion, Stimulus};
+use super::pins::GLITCH_NS;
 use super::random::Random;
 use crate::fifo::tag;
 use crate::register::{self, ctrl3_c, fifo_ctrl2, fifo_ctrl3, fifo_ctrl4};
@@ -18,20 +19,48 @@ use crate::scale::{DEGREE, STANDARD_GRAVITY};
 /// A software reset, ns \[S\].
 const RESET_NS: u64 = 50_000;
 
-/// From power-up until the part answers, ns \[P example\].
-const BOOT_NS: u64 = 10_000_000;
-
-/// From its data rate to the gyroscope's first sample, ns \[D\].
-const GYRO_TURN_ON_NS: u64 = 35_000_000;
-
-/// From its data rate to the accelerometer's first sample, ns; assumed.
-const ACCEL_TURN_ON_NS: u64 = 5_000_000;
-
 /// Ticks from one temperature to the next: 52 Hz.
 const TEMPERATURE_DIVIDER: u64 = 128;
 
 /// Where offsets are given and the temperature's code is 0, °C \[P\].
 const REFERENCE_TEMPERATURE: f64 = 25.0;
+
+/// How long a specimen takes to start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StartTimes {
+    /// From power-up until the part answers, ns.
+    pub boot_ns: u64,
+    /// From its data rate to the accelerometer's first sample, ns.
+    pub accel_turn_on_ns: u64,
+    /// From its data rate to the gyroscope's first sample, ns.
+    pub gyro_turn_on_ns: u64,
+    /// From its data rate until the gyroscope's samples are right, ns.
+    pub gyro_settled_ns: u64,
+    /// By how much the gyroscope is wrong at its data rate, rad/s on each axis; from there it falls
+    /// evenly to 0.
+    pub gyro_start_error: f64,
+}
+
+impl StartTimes {
+    /// The longest: boot 10 ms \[P example\], accelerometer 5 ms (assumed), gyroscope's first sample
+    /// 35 ms \[D\] and settled 70 ms (AN5040, LSM6DSL); the error, 0.2 rad/s, is assumed.
+    pub const SLOWEST: Self = Self {
+        boot_ns: 10_000_000,
+        accel_turn_on_ns: 5_000_000,
+        gyro_turn_on_ns: 35_000_000,
+        gyro_settled_ns: 70_000_000,
+        gyro_start_error: 0.2,
+    };
+
+    /// The shortest; all of it is assumed.
+    pub const FASTEST: Self = Self {
+        boot_ns: 3_000_000,
+        accel_turn_on_ns: 1_000_000,
+        gyro_turn_on_ns: 15_000_000,
+        gyro_settled_ns: 15_000_000,
+        gyro_start_error: 0.0,
+    };
+}
 
 /// What one specimen is like.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,29 +88,42 @@ pub struct PartOptions {
     pub gyro_test_signal: [f64; 3],
     /// Time that passes with each byte on the bus, ns: 0, or 800 for 10 MHz.
     pub byte_time_ns: u32,
+    /// How long it takes to start.
+    pub start: StartTimes,
+    /// From the clock's edge until the data line is valid, ns; on a sibling at most 50. It matters
+    /// once the clock is known, [`Part::set_bus_clock`].
+    pub sdo_delay_ns: u32,
+    /// What the master reads while the part does not drive the data line: the board's pull.
+    pub open_line: u8,
 }
 
 impl Default for PartOptions {
-    /// A part without error, offset or drift, with noise and 500 ns of jitter; 0.5 g and 400 °/s of
-    /// test signal; transfers take no time.
     fn default() -> Self {
-        Self {
-            seed: 1,
-            clock_error: 0.0,
-            jitter_ns: 500,
-            noise: true,
-            accel_bias: [0.0; 3],
-            gyro_bias: [0.0; 3],
-            accel_drift: [0.0; 3],
-            gyro_drift: [0.0; 3],
-            accel_test_signal: [0.5 * f64::from(STANDARD_GRAVITY); 3],
-            gyro_test_signal: [400.0 * f64::from(DEGREE); 3],
-            byte_time_ns: 0,
-        }
+        Self::DEFAULT
     }
 }
 
 impl PartOptions {
+    /// A part without error, offset or drift, with noise and 500 ns of jitter; 0.5 g and 400 °/s of
+    /// test signal; transfers take no time; starts as slowly as parts do; 25 ns from the clock to the
+    /// data line, which is pulled down.
+    pub const DEFAULT: Self = Self {
+        seed: 1,
+        clock_error: 0.0,
+        jitter_ns: 500,
+        noise: true,
+        accel_bias: [0.0; 3],
+        gyro_bias: [0.0; 3],
+        accel_drift: [0.0; 3],
+        gyro_drift: [0.0; 3],
+        accel_test_signal: [0.5 * STANDARD_GRAVITY as f64; 3],
+        gyro_test_signal: [400.0 * DEGREE as f64; 3],
+        byte_time_ns: 0,
+        start: StartTimes::SLOWEST,
+        sdo_delay_ns: 25,
+        open_line: 0x00,
+    };
+
     /// The zero-g offset at a temperature in °C, m/s².
     #[must_use]
     pub fn accel_offset(&self, temperature: f64) -> [f64; 3] {
@@ -126,6 +168,11 @@ pub struct Part {
     pub(super) next_tick: u64,
     pub(super) accel: Channel,
     pub(super) gyro: Channel,
+    /// When the gyroscope was switched on.
+    gyro_on_ns: u64,
+    pub(super) bus_clock_hertz: Option<u32>,
+    /// The last bit on the data line, where it comes too late.
+    pub(super) late_bit: u8,
     pub(super) accel_edge_ns: Option<u64>,
     pub(super) gyro_edge_ns: Option<u64>,
     noise: Random,
@@ -159,12 +206,15 @@ impl Part {
             fifo: Fifo::new(),
             faults: Faults::default(),
             flips: Random::new(options.seed ^ 0xF11F),
-            busy: Some((Busy::Boot, BOOT_NS)),
+            busy: Some((Busy::Boot, options.start.boot_ns)),
             timestamp_zero: None,
             clock: Clock::new(1.0 + options.clock_error, options.jitter_ns, options.seed),
             next_tick: 0,
             accel: Channel::new(),
             gyro: Channel::new(),
+            gyro_on_ns: 0,
+            bus_clock_hertz: None,
+            late_bit: 0,
             accel_edge_ns: None,
             gyro_edge_ns: None,
             noise: Random::new(options.seed),
@@ -217,12 +267,24 @@ impl Part {
             Fault::MisoStuckHigh => self.faults.stuck = Some(0xFF),
             Fault::BitFlips { per_million } => self.faults.flips_per_million = per_million,
             Fault::WrongId(id) => self.faults.id = Some(id),
-            Fault::Reset => self.restart(Busy::Boot, BOOT_NS),
+            Fault::Reset => self.reboot(),
             Fault::DataReadyLost => self.faults.pins_lost = true,
             Fault::DataReadyStorm { period_ns } => {
                 self.faults.storm_period_ns = Some(u64::from(period_ns).max(2));
             }
-            Fault::FrozenOutput => self.faults.frozen = true,
+            Fault::SdoDelay { ns } => self.faults.sdo_delay_ns = Some(ns),
+            Fault::FrozenOutput => {
+                self.faults.accel.frozen = true;
+                self.faults.gyro.frozen = true;
+            }
+            Fault::SensorFrozen(sensor) => self.faults.broken(sensor).frozen = true,
+            Fault::AxisStuck { sensor, axis, code } => {
+                self.faults.broken(sensor).stuck[axis as usize] = Some(code);
+            }
+            Fault::RegisterFlipped { address, bits } => self.flip(address, bits),
+            Fault::DataReadyGlitches { period_ns } => {
+                self.faults.glitch_period_ns = Some(u64::from(period_ns).max(2 * GLITCH_NS));
+            }
             Fault::Saturation => self.faults.saturated = true,
             Fault::ClockRatio(ratio) => self.set_clock_ratio(ratio),
         }
@@ -254,7 +316,7 @@ impl Part {
     }
 
     pub(super) fn reboot(&mut self) {
-        self.restart(Busy::Boot, BOOT_NS);
+        self.restart(Busy::Boot, self.options.start.boot_ns);
     }
 
     const fn measures(&self) -> bool {
@@ -265,8 +327,13 @@ impl Part {
     pub(super) fn settings_changed(&mut self) {
         let asleep = !self.measures();
         let (accel, gyro) = (self.accel_setting(), self.gyro_setting());
-        self.accel.set(accel, self.now_ns, ACCEL_TURN_ON_NS);
-        self.gyro.set(gyro, self.now_ns, GYRO_TURN_ON_NS);
+        let start = self.options.start;
+        let gyro_was_off = !self.gyro.is_on();
+        self.accel.set(accel, self.now_ns, start.accel_turn_on_ns);
+        self.gyro.set(gyro, self.now_ns, start.gyro_turn_on_ns);
+        if gyro_was_off {
+            self.gyro_on_ns = self.now_ns;
+        }
         if asleep {
             // The ticks of a part asleep have gone by unnoticed.
             self.next_tick = self.clock.next_tick(self.now_ns * 1000);
@@ -290,11 +357,13 @@ impl Part {
         } else {
             Update::Continuous
         };
+        let error = self.gyro_start_error(tick_ns);
         let mut noise = self.options.noise.then_some(&mut self.noise);
 
         let mut gyro_sample = false;
         if self.gyro.is_on() {
             let input = add(angular_rate, self.options.gyro_offset(temperature));
+            let input = input.map(|rate| rate + error);
             gyro_sample = self.gyro.tick(tick, tick_ns, input, noise.as_deref_mut());
         }
         let mut accel_sample = false;
@@ -304,12 +373,12 @@ impl Part {
         }
         if gyro_sample {
             self.gyro_edge_ns = Some(tick_ns);
-            let codes = self.broken(self.gyro.codes);
+            let codes = self.broken(self.faults.gyro, self.gyro.codes);
             self.words.update_gyro(codes, update);
         }
         if accel_sample {
             self.accel_edge_ns = Some(tick_ns);
-            let codes = self.broken(self.accel.codes);
+            let codes = self.broken(self.faults.accel, self.accel.codes);
             self.words.update_accel(codes, update);
         }
         if tick.is_multiple_of(TEMPERATURE_DIVIDER) {
@@ -319,14 +388,29 @@ impl Part {
         self.batch(tick, tick_ps);
     }
 
-    /// The codes as a broken part puts them out; `None` where the old ones stay.
-    const fn broken(&self, codes: [i16; 3]) -> Option<[i16; 3]> {
-        if self.faults.frozen {
+    /// What is left of the gyroscope's error at its start, rad/s.
+    fn gyro_start_error(&self, now_ns: u64) -> f64 {
+        let StartTimes {
+            gyro_settled_ns,
+            gyro_start_error,
+            ..
+        } = self.options.start;
+        let left = (self.gyro_on_ns + gyro_settled_ns).saturating_sub(now_ns);
+        if left == 0 {
+            return 0.0;
+        }
+        gyro_start_error * left as f64 / gyro_settled_ns as f64
+    }
+
+    /// The codes as a broken sensor puts them out; `None` where the old ones stay.
+    fn broken(&self, broken: Broken, codes: [i16; 3]) -> Option<[i16; 3]> {
+        if broken.frozen {
             None
         } else if self.faults.saturated {
             Some([i16::MAX, i16::MIN, i16::MAX])
         } else {
-            Some(codes)
+            let stuck = |axis: usize| broken.stuck[axis].unwrap_or(codes[axis]);
+            Some(core::array::from_fn(stuck))
         }
     }
 
@@ -347,9 +431,19 @@ impl Part {
         };
         let gyro = due(&self.gyro, fifo_ctrl3::BDR_GY.of(rates));
         let accel = due(&self.accel, fifo_ctrl3::BDR_XL.of(rates));
-        if !gyro && !accel {
+        let temperature_divider = match fifo_ctrl4::ODR_T_BATCH.of(ctrl4) {
+            0 => 0,
+            1 => 32 * TEMPERATURE_DIVIDER,
+            2 => 4 * TEMPERATURE_DIVIDER,
+            _ => TEMPERATURE_DIVIDER,
+        };
+        let temperature = temperature_divider != 0 && tick.is_multiple_of(temperature_divider);
+        if !gyro && !accel && !temperature {
             return;
         }
+        let stops = fifo_ctrl2::STOP_ON_WTM.is_set(self.memory.get(register::FIFO_CTRL2));
+        let watermark = self.watermark();
+        self.fifo.set_depth(stops.then_some(watermark));
         self.fifo.next_slot();
         if gyro {
             self.fifo.push(mode, tag::GYRO, self.words.gyro_bytes());
@@ -357,7 +451,15 @@ impl Part {
         if accel {
             self.fifo.push(mode, tag::ACCEL, self.words.accel_bytes());
         }
-        if fifo_ctrl4::ODR_TS_BATCH.of(ctrl4) == 1 {
+        if temperature {
+            let [low, high] = self.words.temperature_bytes();
+            self.fifo
+                .push(mode, tag::TEMPERATURE, [low, high, 0, 0, 0, 0]);
+        }
+        if self
+            .fifo
+            .takes_timestamp(fifo_ctrl4::ODR_TS_BATCH.of(ctrl4))
+        {
             let [b0, b1, b2, b3] = self.timestamp_at(tick_ps).to_le_bytes();
             self.fifo.push(mode, tag::TIMESTAMP, [b0, b1, b2, b3, 0, 0]);
         }

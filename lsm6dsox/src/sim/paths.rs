@@ -4,7 +4,7 @@ use super::channel::{self, Setting};
 use super::part::Part;
 use crate::noise;
 use crate::register::{self, ctrl1_xl, ctrl2_g, ctrl4_c, ctrl5_c, ctrl6_c, ctrl8_xl};
-use crate::scale::{DEGREE, STANDARD_GRAVITY};
+use crate::scale::{AccelFullScale, DEGREE, STANDARD_GRAVITY};
 use crate::setting::{AccelFilter, Ftype, GyroFilter, Odr};
 
 /// Where the gyroscope's cut-off is not known: this part of its data rate.
@@ -14,10 +14,15 @@ impl Part {
     pub(super) fn accel_setting(&self) -> Setting {
         let ctrl1 = self.memory.get(register::CTRL1_XL);
         let odr_code = ctrl1_xl::ODR_XL.of(ctrl1);
-        let full_scale = channel::accel_full_scale(ctrl1_xl::FS_XL.of(ctrl1));
+        let ctrl8 = self.memory.get(register::CTRL8_XL);
+        let full_scale = match channel::accel_full_scale(ctrl1_xl::FS_XL.of(ctrl1)) {
+            // The code of 16 g is a second one for 2 g in the mode that ends at 8 g.
+            AccelFullScale::G16 if ctrl8_xl::XL_FS_MODE.is_set(ctrl8) => AccelFullScale::G2,
+            full_scale => full_scale,
+        };
         let rate = nominal_rate(odr_code);
         let filter = if ctrl1_xl::LPF2_XL_EN.is_set(ctrl1) {
-            let hpcf = ctrl8_xl::HPCF_XL.of(self.memory.get(register::CTRL8_XL));
+            let hpcf = ctrl8_xl::HPCF_XL.of(ctrl8);
             AccelFilter::ALL[usize::from(hpcf) + 1]
         } else {
             AccelFilter::OdrDiv2
@@ -55,8 +60,9 @@ impl Part {
             0b11 => -1.0,
             _ => 0.0,
         };
+        let asleep = ctrl4_c::SLEEP_G.is_set(self.memory.get(register::CTRL4_C));
         // The gyroscope has no 1.6 Hz rate.
-        let divider = if odr_code > 10 {
+        let divider = if odr_code > 10 || asleep {
             0
         } else {
             channel::divider(odr_code)

@@ -2,11 +2,14 @@
 
 use super::channel::Channel;
 use super::part::Part;
-use crate::register::{self, counter_bdr_reg1, int1_ctrl, int2_ctrl};
+use crate::register::{self, counter_bdr_reg1, ctrl3_c, ctrl4_c, int1_ctrl, int2_ctrl};
 use crate::setting::Pin;
 
 /// A pulsed data-ready, ns \[D\].
 const PULSE_NS: u64 = 75_000;
+
+/// How long a glitch is, ns.
+pub(super) const GLITCH_NS: u64 = 1_000;
 
 impl Part {
     /// Whether accelerometer, gyroscope and watermark drive a pin.
@@ -15,17 +18,26 @@ impl Part {
             self.memory.get(register::INT1_CTRL),
             self.memory.get(register::INT2_CTRL),
         );
-        match pin {
-            Pin::Int1 => (
-                int1_ctrl::DRDY_XL.is_set(int1),
-                int1_ctrl::DRDY_G.is_set(int1),
-                int1_ctrl::FIFO_TH.is_set(int1),
+        let first = (
+            int1_ctrl::DRDY_XL.is_set(int1),
+            int1_ctrl::DRDY_G.is_set(int1),
+            int1_ctrl::FIFO_TH.is_set(int1),
+        );
+        let second = (
+            int2_ctrl::DRDY_XL.is_set(int2),
+            int2_ctrl::DRDY_G.is_set(int2),
+            int2_ctrl::FIFO_TH.is_set(int2),
+        );
+        let together = ctrl4_c::INT2_ON_INT1.is_set(self.memory.get(register::CTRL4_C));
+        match (pin, together) {
+            (Pin::Int1, false) => first,
+            (Pin::Int2, false) => second,
+            (Pin::Int1, true) => (
+                first.0 || second.0,
+                first.1 || second.1,
+                first.2 || second.2,
             ),
-            Pin::Int2 => (
-                int2_ctrl::DRDY_XL.is_set(int2),
-                int2_ctrl::DRDY_G.is_set(int2),
-                int2_ctrl::FIFO_TH.is_set(int2),
-            ),
+            (Pin::Int2, true) => (false, false, false),
         }
     }
 
@@ -42,6 +54,22 @@ impl Part {
         if let Some(period) = self.faults.storm_period_ns {
             return self.now_ns % period < period / 2;
         }
+        self.glitches() || self.announces(pin) != self.is_active_low()
+    }
+
+    /// Whether the pins are low for what they announce, and high otherwise.
+    fn is_active_low(&self) -> bool {
+        ctrl3_c::H_LACTIVE.is_set(self.memory.get(register::CTRL3_C))
+    }
+
+    /// Whether a glitch lifts the pins now.
+    fn glitches(&self) -> bool {
+        let period = self.faults.glitch_period_ns;
+        period.is_some_and(|period| self.now_ns % period < GLITCH_NS)
+    }
+
+    /// Whether what is routed to a pin holds it high.
+    fn announces(&self, pin: Pin) -> bool {
         let (accel, gyro, watermark) = self.routing(pin);
         let recent = |edge: Option<u64>| edge.is_some_and(|edge| self.now_ns < edge + PULSE_NS);
         let (accel_ready, gyro_ready) = if self.pulsed() {
@@ -65,16 +93,49 @@ impl Part {
             return Some((self.now_ns / period + 1) * period);
         }
         let (accel, gyro, _) = self.routing(pin);
-        if !self.pulsed() && self.pin_is_high(pin) {
+        if self.is_active_low() {
+            return self.next_end_of_a_pulse_ns(accel, gyro);
+        }
+        if !self.pulsed() && self.announces(pin) {
             return None;
         }
+        // A glitch in a sample's pulse is no edge.
+        let pulse_end = |routed: bool, edge: Option<u64>| {
+            let edge = edge.filter(|_| routed && self.pulsed());
+            edge.map_or(0, |edge| edge + PULSE_NS - 1)
+        };
+        let low_from = self
+            .now_ns
+            .max(pulse_end(accel, self.accel_edge_ns).max(pulse_end(gyro, self.gyro_edge_ns)));
+        let glitch = self.faults.glitch_period_ns;
+        let glitch = glitch.map(|period| (low_from / period + 1) * period);
         let edge = |routed: bool, channel: &Channel| {
             routed.then(|| self.next_sample_ns(channel)).flatten()
         };
-        [edge(accel, &self.accel), edge(gyro, &self.gyro)]
+        [edge(accel, &self.accel), edge(gyro, &self.gyro), glitch]
             .into_iter()
             .flatten()
             .min()
+    }
+
+    /// When pins that are active low next rise: at the end of a pulse; latched ones do when a sample
+    /// is read.
+    fn next_end_of_a_pulse_ns(&self, accel: bool, gyro: bool) -> Option<u64> {
+        if !self.pulsed() {
+            return None;
+        }
+        let end = |routed: bool, last: Option<u64>, channel: &Channel| {
+            let last = last.filter(|edge| self.now_ns < edge + PULSE_NS);
+            let edge = last.or_else(|| self.next_sample_ns(channel));
+            edge.filter(|_| routed).map(|edge| edge + PULSE_NS)
+        };
+        [
+            end(accel, self.accel_edge_ns, &self.accel),
+            end(gyro, self.gyro_edge_ns, &self.gyro),
+        ]
+        .into_iter()
+        .flatten()
+        .min()
     }
 
     fn next_sample_ns(&self, channel: &Channel) -> Option<u64> {

@@ -6,17 +6,11 @@ use lsm6dsox::{Config, Lsm6dsox};
 
 /// A quiet part: no noise, no jitter.
 pub const QUIET: PartOptions = PartOptions {
-    seed: 1,
-    clock_error: 0.0,
     jitter_ns: 0,
     noise: false,
-    accel_bias: [0.0; 3],
-    gyro_bias: [0.0; 3],
-    accel_drift: [0.0; 3],
-    gyro_drift: [0.0; 3],
     accel_test_signal: [4.9; 3],
     gyro_test_signal: [7.0; 3],
-    byte_time_ns: 0,
+    ..PartOptions::DEFAULT
 };
 
 pub fn at_rest(_seconds: f64) -> Stimulus {

@@ -360,6 +360,8 @@ impl Cpu {
                 if machine.stop.is_some() {
                     machine.running = None;
                     let _ = engine.emu_stop();
+                } else {
+                    machine.fetch();
                 }
             })?;
 
@@ -476,11 +478,25 @@ impl Cpu {
                     continue;
                 }
             }
-            if matches!(self.state, State::LockedUp { .. }) {
+            if self.machine.borrow_mut().is_halted(&mut self.engine) {
+                continue;
+            }
+            if self.machine.borrow().chip.rcc.is_stopped() {
                 self.machine.borrow_mut().sleep(&mut self.engine);
                 continue;
             }
             let next = self.machine.borrow().nvic.next();
+            if let State::LockedUp { pc } = self.state {
+                // Nothing but an NMI ends it, where it is not in one (ARMv7-M, B1.5.15).
+                match next {
+                    Some((exception::NMI, priority)) if priority < self.execution_priority() => {
+                        self.state = State::Running;
+                        self.enter(exception::NMI, pc);
+                    }
+                    _ => self.machine.borrow_mut().sleep(&mut self.engine),
+                }
+                continue;
+            }
             if let Some((number, priority)) = next {
                 if priority < self.execution_priority() {
                     self.state = State::Running;
@@ -781,7 +797,14 @@ impl Cpu {
             machine.scb.vtor
         };
         let vector = self.engine.word(table + 4 * u32::from(number));
-        let failed = !stacked && number != exception::HARD_FAULT;
+        // A frame that could not be written is a fault of its own; one of the two exceptions that
+        // nothing interrupts begins all the same, and after an NMI the fault is due.
+        let unbroken = matches!(number, exception::NMI | exception::HARD_FAULT);
+        if !stacked && number == exception::NMI {
+            machine.scb.hfsr |= FORCED;
+            machine.nvic.pend(exception::HARD_FAULT);
+        }
+        let failed = !stacked && !unbroken;
         if !stacked {
             machine.scb.cfsr |= cfsr::STKERR;
             machine.note_fault(

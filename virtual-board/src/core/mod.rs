@@ -2,6 +2,7 @@
 //! reference manual.
 
 pub mod cpu;
+pub mod dbgmcu;
 pub mod dwt;
 pub mod nvic;
 pub mod scb;

@@ -337,6 +337,9 @@ impl Can {
                     self.busy = None;
                     self.now = end;
                     self.finish(sender, end);
+                    if self.fault != BusFault::Shorted {
+                        self.acknowledge();
+                    }
                 }
                 Some(_) => break,
                 None => {
@@ -519,6 +522,9 @@ impl Can {
     /// What is wrong with the bus changes.
     pub fn set_fault(&mut self, fault: BusFault) {
         let was = core::mem::replace(&mut self.fault, fault);
+        if fault != BusFault::Shorted && self.busy.is_none() && self.is_normal() {
+            self.acknowledge();
+        }
         if was == BusFault::Shorted && self.joined_at == NEVER {
             if self.off && self.control & ABOM != 0 {
                 self.wait_for_idle(128 * 11);
@@ -765,14 +771,26 @@ impl Can {
         Ok(())
     }
 
+    /// Initialisation begins, where it was asked for.
+    const fn acknowledge(&mut self) {
+        if self.control & INRQ == 0 {
+            return;
+        }
+        self.status = self.status & !SLAK | INAK;
+        self.joined_at = NEVER;
+        if self.control & SLEEP == 0 {
+            // Initialisation ends bus-off after its time; here at once.
+            self.off = false;
+        }
+    }
+
     fn set_control(&mut self, value: u32) {
         let old = core::mem::replace(&mut self.control, value & 0x1_00FF);
         if value & INRQ != 0 {
-            self.status = self.status & !SLAK | INAK;
-            self.joined_at = NEVER;
-            if value & SLEEP == 0 {
-                // Initialisation ends bus-off after its time; here at once.
-                self.off = false;
+            // What is on the bus ends first, and a bus that is never idle never lets go.
+            let is_held = self.busy.is_some() || self.fault == BusFault::Shorted;
+            if !(self.is_normal() && is_held) {
+                self.acknowledge();
             }
         } else if value & SLEEP != 0 {
             self.status = self.status & !INAK | SLAK;
@@ -791,6 +809,23 @@ fn flooding() -> Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn initialisation_is_acknowledged_once_the_bus_is_idle() {
+        const MILLISECOND: u64 = crate::time::PER_SECOND / 1000;
+        let acknowledged =
+            |can: &mut Can, now: u64| can.read(0x04, now).expect("a register") & INAK != 0;
+        let mut can = Can::new(40_000_000);
+        can.write(0x00, INRQ, 0).expect("a register");
+        assert!(acknowledged(&mut can, 0));
+        can.write(0x00, 0, 0).expect("a register");
+        assert!(!acknowledged(&mut can, MILLISECOND), "it takes part");
+        can.set_fault(BusFault::Shorted);
+        can.write(0x00, INRQ, MILLISECOND).expect("a register");
+        assert!(!acknowledged(&mut can, 100 * MILLISECOND));
+        can.set_fault(BusFault::None);
+        assert!(acknowledged(&mut can, 100 * MILLISECOND));
+    }
 
     #[test]
     fn a_frame_of_eight_bytes_is_as_long_as_the_specification_says() {

@@ -1,13 +1,14 @@
-//! The flash interface: wait states, locks, programming and erasing.
+//! The flash interface: wait states, locks, programming and erasing, option bytes.
 //!
 //! Code and constants are fetched from the same bank, so the core stands still while it is busy.
 
-use super::unknown;
-use crate::machine::Memory;
-use crate::time::from_us;
+pub mod accelerator;
 
-/// Programming a word, typical (data sheet, table 40).
-const PROGRAM: u64 = from_us(16);
+use super::unknown;
+use crate::corner::Corner;
+use crate::machine::Memory;
+use crate::time::{NEVER, from_us};
+use accelerator::Accelerator;
 
 const BASE: u32 = 0x0800_0000;
 
@@ -24,48 +25,108 @@ const EOPIE: u32 = 1 << 24;
 const ERRIE: u32 = 1 << 25;
 const LOCK: u32 = 1 << 31;
 
+const OPTLOCK: u32 = 1;
+const OPTSTRT: u32 = 1 << 1;
+
+/// The option bytes as the chip is delivered: no protection, brown-out reset off, the watchdog
+/// started by software.
+const DELIVERED: u32 = 0x0FFF_AAEC;
+
+/// What a lock was written with so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Keys {
+    #[default]
+    None,
+    First,
+    /// A wrong key locks until the next reset.
+    Wrong,
+}
+
+impl Keys {
+    /// Whether a key opens the lock.
+    const fn take(&mut self, key: u32, [first, second]: [u32; 2]) -> bool {
+        let before = core::mem::replace(self, Self::Wrong);
+        match before {
+            Self::None if key == first => *self = Self::First,
+            Self::First if key == second => {
+                *self = Self::None;
+                return true;
+            }
+            _ => {}
+        }
+        false
+    }
+}
+
 /// The registers.
 #[derive(Clone, Debug)]
 pub struct Flash {
+    /// What stands between it and the core.
+    pub accelerator: Accelerator,
     access: u32,
     status: u32,
     control: u32,
-    keys: u8,
+    keys: Keys,
+    option_keys: Keys,
+    /// The option register, and what is programmed.
+    option_control: u32,
+    options: u32,
+    corner: Corner,
+    /// The supply, mV.
+    pub supply_mv: u32,
+    /// When an operation that is begun now is broken off by a reset.
+    pub reset_at: u64,
     /// How often something was programmed or erased.
     pub operations: u64,
+    /// How often a sector was erased.
+    pub erases: u64,
     /// The supply fails in the operation of this number.
     pub cut_at: Option<u64>,
     /// It has failed.
     pub cut: bool,
+    /// In the operation of this number, where it programs, a bit more is cleared.
+    pub worn_at: Option<u64>,
     stall: u64,
-    changed: bool,
-}
-
-impl Default for Flash {
-    fn default() -> Self {
-        Self {
-            access: 0,
-            status: 0,
-            control: LOCK,
-            keys: 0,
-            operations: 0,
-            cut_at: None,
-            cut: false,
-            stall: 0,
-            changed: false,
-        }
-    }
+    changed: Option<(u32, u32)>,
 }
 
 impl Flash {
-    /// A reset: locked, no wait states.
+    /// After the supply came, on a chip as delivered.
+    #[must_use]
+    pub fn new(corner: Corner) -> Self {
+        Self {
+            accelerator: Accelerator::default(),
+            access: 0,
+            status: 0,
+            control: LOCK,
+            keys: Keys::None,
+            option_keys: Keys::None,
+            option_control: DELIVERED | OPTLOCK,
+            options: DELIVERED,
+            corner,
+            supply_mv: 3_300,
+            reset_at: NEVER,
+            operations: 0,
+            erases: 0,
+            cut_at: None,
+            cut: false,
+            worn_at: None,
+            stall: 0,
+            changed: None,
+        }
+    }
+
+    /// A reset: locked, no wait states, caches empty.
     pub fn reset(&mut self) {
-        *self = Self {
-            operations: self.operations,
-            cut_at: self.cut_at,
-            cut: self.cut,
-            ..Self::default()
-        };
+        self.accelerator.reset();
+        self.access = 0;
+        self.status = 0;
+        self.control = LOCK;
+        self.keys = Keys::None;
+        self.option_keys = Keys::None;
+        self.option_control = self.options | OPTLOCK;
+        self.reset_at = NEVER;
+        self.stall = 0;
     }
 
     /// Wait states set.
@@ -74,14 +135,31 @@ impl Flash {
         self.access & 7
     }
 
+    /// The supply below which the option bytes have the chip reset, mV; below 1.7 V it always is
+    /// (DS8626, table 23, falling edge, typical).
+    #[must_use]
+    pub const fn brown_out_mv(&self) -> u32 {
+        match self.options >> 2 & 3 {
+            0 => 2_830,
+            1 => 2_500,
+            2 => 2_190,
+            _ => 1_700,
+        }
+    }
+
+    /// Holds the core up for so long, with its next access to a peripheral.
+    pub const fn hold_up(&mut self, duration: u64) {
+        self.stall += duration;
+    }
+
     /// How long the core has to stand still.
     pub const fn take_stall(&mut self) -> u64 {
         core::mem::replace(&mut self.stall, 0)
     }
 
-    /// Whether its content has changed.
-    pub const fn take_changed(&mut self) -> bool {
-        core::mem::replace(&mut self.changed, false)
+    /// The first address that has changed, and the one after the last.
+    pub const fn take_changed(&mut self) -> Option<(u32, u32)> {
+        self.changed.take()
     }
 
     /// Whether it asks for its interrupt.
@@ -101,7 +179,7 @@ impl Flash {
             0x04 | 0x08 => 0,
             0x0C => self.status,
             0x10 => self.control,
-            0x14 => 0x0FFF_AAED,
+            0x14 => self.option_control,
             _ => return unknown("FLASH", offset),
         })
     }
@@ -109,32 +187,46 @@ impl Flash {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// Where there is none, or the part would not do as asked.
     pub fn write(
         &mut self,
         offset: u32,
         value: u32,
+        now: u64,
         memory: &mut dyn Memory,
     ) -> Result<(), String> {
         match offset {
-            0x00 => self.access = value & 0x1F07 & !0x1800,
+            0x00 => {
+                self.access = value & 0x1F07 & !0x1800;
+                self.accelerator.configure(value)?;
+            }
             0x04 => {
-                self.keys = match (self.keys, value) {
-                    (0, 0x4567_0123) => 1,
-                    (1, 0xCDEF_89AB) => {
-                        self.control &= !LOCK;
-                        0
-                    }
-                    // A wrong key locks until the next reset.
-                    _ => 2,
-                };
+                if self.keys.take(value, [0x4567_0123, 0xCDEF_89AB]) {
+                    self.control &= !LOCK;
+                }
+            }
+            0x08 => {
+                if self.option_keys.take(value, [0x0819_2A3B, 0x4C5D_6E7F]) {
+                    self.option_control &= !OPTLOCK;
+                }
             }
             0x0C => self.status &= !(value & 0xF3),
             0x10 if self.control & LOCK != 0 => {}
             0x10 => {
                 self.control = value & !STRT;
                 if value & STRT != 0 {
-                    self.erase(memory);
+                    self.erase(now, memory)?;
+                }
+            }
+            0x14 if self.option_control & OPTLOCK != 0 => {}
+            0x14 => {
+                self.option_control = value & 0x0FFF_FFED;
+                if value & OPTSTRT != 0 {
+                    self.check_supply()?;
+                    // As long as the sector that they are in takes to be erased.
+                    if !self.operate(now, from_us(u64::from(self.erase_ms(16)) * 1000)) {
+                        self.options = value & 0x0FFF_FFEC;
+                    }
                 }
             }
             _ => return unknown("FLASH", offset),
@@ -142,38 +234,72 @@ impl Flash {
         Ok(())
     }
 
-    /// Counts an operation: whether the supply fails in it.
-    fn operate(&mut self) -> bool {
+    const fn psize(&self) -> u32 {
+        self.control >> 8 & 3
+    }
+
+    const fn erase_ms(&self, kib: u32) -> u32 {
+        self.corner.erase_ms(kib, self.psize())
+    }
+
+    /// As many bits at once as the supply allows (RM0090, table 7).
+    fn check_supply(&self) -> Result<(), String> {
+        let needed = match self.psize() {
+            0 => 1_800,
+            1 => 2_100,
+            _ => 2_700,
+        };
+        let supply = self.supply_mv;
+        if supply < needed {
+            return Err(format!(
+                "flash is changed at {supply} mV, and its parallelism needs {needed} mV"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Counts an operation of this length: whether it is broken off by the supply or by a reset.
+    fn operate(&mut self, now: u64, length: u64) -> bool {
         self.operations += 1;
-        self.changed = true;
+        self.accelerator.forget();
         if self.cut_at == Some(self.operations) {
             self.cut = true;
         }
-        self.cut
+        let broken_off = now.saturating_add(length) > self.reset_at;
+        self.stall += if broken_off {
+            self.reset_at.saturating_sub(now)
+        } else {
+            length
+        };
+        self.cut || broken_off
     }
 
-    fn erase(&mut self, memory: &mut dyn Memory) {
+    fn erase(&mut self, now: u64, memory: &mut dyn Memory) -> Result<(), String> {
         if self.control & MER != 0 || self.control & SER == 0 {
             self.status |= PGSERR;
-            return;
+            return Ok(());
         }
+        self.check_supply()?;
         let sector = self.control >> 3 & 0xF;
-        // Typical times for 32 bits at once, ms.
-        let (start, size, ms) = match sector {
-            0..=3 => (sector * 0x4000, 0x4000, 250),
-            4 => (0x1_0000, 0x1_0000, 550),
-            5..=11 => ((sector - 4) * 0x2_0000, 0x2_0000, 1000),
+        let (start, kib) = match sector {
+            0..=3 => (sector * 0x4000, 16),
+            4 => (0x1_0000, 64),
+            5..=11 => ((sector - 4) * 0x2_0000, 128),
             _ => {
                 self.status |= WRPERR;
-                return;
+                return Ok(());
             }
         };
-        let cut = self.operate();
+        self.erases += 1;
+        let length = from_us(u64::from(self.erase_ms(kib)) * 1000);
+        let cut = self.operate(now, length);
         // Cut off half-way, the rest is what it was.
+        let size = kib * 1024;
         let erased = if cut { size / 2 } else { size };
         memory.write(BASE + start, &vec![0xFF; erased as usize]);
-        self.stall += from_us(ms * 1000);
+        self.changed = Some((BASE + start, BASE + start + size));
         self.done();
+        Ok(())
     }
 
     const fn done(&mut self) {
@@ -191,29 +317,126 @@ impl Flash {
         address: u32,
         size: usize,
         value: u32,
+        now: u64,
         memory: &mut dyn Memory,
     ) -> Result<(), String> {
         if self.control & LOCK != 0 || self.control & PG == 0 {
             self.status |= PGSERR;
             return Err("a store to flash that is locked or not set to be programmed".into());
         }
-        if 1 << (self.control >> 8 & 3) != size {
+        if 1 << self.psize() != size {
             self.status |= PGPERR;
             return Err(format!("{size} bytes programmed at another parallelism"));
         }
+        self.check_supply()?;
         let mut old = [0; 4];
         memory.read(address, old.get_mut(..size).unwrap_or(&mut []));
-        let cut = self.operate();
-        let new: Vec<u8> = old
+        let cut = self.operate(now, from_us(u64::from(self.corner.program_us())));
+        let worn = self.worn_at == Some(self.operations);
+        let mut new: Vec<u8> = old
             .into_iter()
             .zip(value.to_le_bytes())
             // Programming only clears bits; cut off, it has cleared some of them.
             .map(|(old, new)| if cut { old & (new | 0x55) } else { old & new })
             .take(size)
             .collect();
+        if let Some(byte) = new.iter_mut().find(|byte| **byte != 0)
+            && worn
+        {
+            // The lowest bit that is set.
+            *byte &= *byte - 1;
+        }
         memory.write(address, &new);
-        self.stall += PROGRAM;
+        self.changed = Some((address, address + size as u32));
         self.done();
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Flash alone.
+    struct Bank(Vec<u8>);
+
+    impl Memory for Bank {
+        fn read(&mut self, address: u32, bytes: &mut [u8]) -> bool {
+            let at = (address - BASE) as usize;
+            bytes.copy_from_slice(&self.0[at..at + bytes.len()]);
+            true
+        }
+
+        fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
+            let at = (address - BASE) as usize;
+            self.0[at..at + bytes.len()].copy_from_slice(bytes);
+            true
+        }
+    }
+
+    const MILLISECOND: u64 = from_us(1_000);
+
+    /// Erases sector 2 at a parallelism: for how long, ms, and how many bytes of it are blank.
+    fn erased(flash: &mut Flash, psize: u32) -> (u64, usize) {
+        let mut bank = Bank(vec![0; 0x2_0000]);
+        for key in [0x4567_0123, 0xCDEF_89AB] {
+            flash.write(0x04, key, 0, &mut bank).expect("a register");
+        }
+        let control = SER | 2 << 3 | psize << 8;
+        for value in [control, control | STRT] {
+            flash.write(0x10, value, 0, &mut bank).expect("a register");
+        }
+        let blank = bank.0.iter().filter(|&&byte| byte == 0xFF).count();
+        (flash.take_stall() / MILLISECOND, blank)
+    }
+
+    #[test]
+    fn an_erase_takes_longer_where_fewer_bits_are_programmed_at_once() {
+        let mut times = Vec::new();
+        for corner in Corner::ALL {
+            for psize in 0..3 {
+                times.push(erased(&mut Flash::new(corner), psize).0);
+            }
+        }
+        assert_eq!(times, [200, 150, 125, 400, 300, 250, 800, 600, 500]);
+    }
+
+    #[test]
+    fn a_reset_breaks_an_erase_off() {
+        let mut flash = Flash::new(Corner::Typical);
+        flash.reset_at = 100 * MILLISECOND;
+        assert_eq!(erased(&mut flash, 2), (100, 0x2000));
+    }
+
+    #[test]
+    fn words_are_not_changed_below_their_supply() {
+        let mut flash = Flash::new(Corner::Typical);
+        flash.supply_mv = 2_600;
+        assert!(flash.check_supply().is_ok(), "bytes are");
+        flash.control |= 2 << 8;
+        assert!(flash.check_supply().is_err());
+    }
+
+    #[test]
+    fn option_bytes_open_with_their_keys_and_hold_over_a_reset() {
+        let mut bank = Bank(Vec::new());
+        let mut flash = Flash::new(Corner::Typical);
+        let mut write = |flash: &mut Flash, offset: u32, value: u32| {
+            flash
+                .write(offset, value, 0, &mut bank)
+                .expect("a register");
+        };
+        assert_eq!(flash.read(0x14), Ok(0x0FFF_AAED), "locked, as delivered");
+        assert_eq!(flash.brown_out_mv(), 1_700);
+        write(&mut flash, 0x14, 0x0FFF_AAE2);
+        assert_eq!(flash.read(0x14), Ok(0x0FFF_AAED), "still locked");
+        write(&mut flash, 0x08, 0x0819_2A3B);
+        write(&mut flash, 0x08, 0x4C5D_6E7F);
+        write(&mut flash, 0x14, 0x0FFF_AAE0);
+        assert_eq!(flash.brown_out_mv(), 1_700, "not programmed yet");
+        write(&mut flash, 0x14, 0x0FFF_AAE2);
+        flash.reset();
+        assert_eq!(flash.read(0x14), Ok(0x0FFF_AAE1));
+        assert_eq!(flash.brown_out_mv(), 2_830);
     }
 }

@@ -3,31 +3,53 @@
 use super::unknown;
 use crate::time::{self, NEVER};
 
-/// The oscillator, typical, hertz.
-const LSI: u32 = 32_000;
-
 /// The registers.
 #[derive(Clone, Debug)]
 pub struct Iwdg {
     prescaler: u32,
     reload: u32,
     open: bool,
+    /// Its oscillator, hertz.
+    lsi_hz: u32,
+    /// While the core is halted by a debugger it stands still: since when.
+    frozen_at: Option<u64>,
     /// When it bites.
     deadline: u64,
 }
 
-impl Default for Iwdg {
-    fn default() -> Self {
+impl Iwdg {
+    /// After a reset.
+    #[must_use]
+    pub const fn new(lsi_hz: u32) -> Self {
         Self {
             prescaler: 0,
             reload: 0xFFF,
             open: false,
+            lsi_hz,
+            frozen_at: None,
             deadline: NEVER,
         }
     }
 }
 
 impl Iwdg {
+    /// A reset.
+    pub const fn reset(&mut self) {
+        *self = Self::new(self.lsi_hz);
+    }
+
+    /// A debugger halts the core, or lets it go on.
+    pub const fn freeze(&mut self, frozen: bool, now: u64) {
+        match (frozen, self.frozen_at) {
+            (true, None) => self.frozen_at = Some(now),
+            (false, Some(since)) => {
+                self.frozen_at = None;
+                self.deadline = self.deadline.saturating_add(now - since);
+            }
+            _ => {}
+        }
+    }
+
     const fn period(&self) -> u64 {
         // 6 and 7 both mean 256.
         let shift = if self.prescaler > 6 {
@@ -35,13 +57,17 @@ impl Iwdg {
         } else {
             self.prescaler
         };
-        time::cycle(LSI) * (4 << shift) * (self.reload as u64 + 1)
+        time::cycle(self.lsi_hz) * (4 << shift) * (self.reload as u64 + 1)
     }
 
     /// When it bites.
     #[must_use]
     pub const fn next_event(&self) -> u64 {
-        self.deadline
+        if self.frozen_at.is_some() {
+            NEVER
+        } else {
+            self.deadline
+        }
     }
 
     /// Whether it has been started.
@@ -89,5 +115,36 @@ impl Iwdg {
             _ => return unknown("IWDG", offset),
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::corner::Corner;
+
+    #[test]
+    fn a_watchdog_of_a_second_bites_after_two_thirds_of_it_or_after_almost_two() {
+        let mut bites = Vec::new();
+        for corner in Corner::ALL {
+            let mut iwdg = Iwdg::new(corner.lsi_hz());
+            // 32 kHz / 8, 4000 times.
+            for (offset, value) in [(0, 0x5555), (4, 1), (8, 3_999), (0, 0xCCCC)] {
+                iwdg.write(offset, value, 0).expect("a register");
+            }
+            bites.push(time::to_us(iwdg.next_event()) as u32 / 1000);
+        }
+        assert_eq!(bites, [680, 1_000, 1_882]);
+    }
+
+    #[test]
+    fn frozen_it_waits() {
+        let mut iwdg = Iwdg::new(32_000);
+        iwdg.write(0, 0xCCCC, 0).expect("a register");
+        let before = iwdg.next_event();
+        iwdg.freeze(true, 1_000);
+        assert_eq!(iwdg.next_event(), NEVER);
+        iwdg.freeze(false, 5_000);
+        assert_eq!(iwdg.next_event(), before + 4_000);
     }
 }

@@ -1,4 +1,5 @@
-//! Power control: the regulator's scale and the gate of the backup domain.
+//! Power control: the regulator's scale, the gate of the backup domain, and the watch on the
+//! supply.
 
 use super::unknown;
 
@@ -18,17 +19,34 @@ impl Default for Pwr {
     }
 }
 
+/// What the watch on the supply compares with, by `PLS`, mV (RM0090, 5.4.1).
+const THRESHOLDS_MV: [u32; 8] = [2_000, 2_100, 2_300, 2_500, 2_600, 2_700, 2_800, 2_900];
+
 impl Pwr {
     const VOSRDY: u32 = 1 << 14;
+    const PVDO: u32 = 1 << 2;
+    const PVDE: u32 = 1 << 4;
+
+    /// Whether the supply is watched and below the threshold.
+    const fn is_low(&self, supply_mv: u32) -> bool {
+        let threshold = THRESHOLDS_MV[(self.control >> 5 & 7) as usize];
+        self.control & Self::PVDE != 0 && supply_mv < threshold
+    }
 
     /// Reads a register.
     ///
     /// # Errors
     /// Where there is none.
-    pub fn read(&self, offset: u32) -> Result<u32, String> {
+    pub fn read(&self, offset: u32, supply_mv: u32) -> Result<u32, String> {
         match offset {
             0 => Ok(self.control),
-            4 => Ok(self.status | Self::VOSRDY),
+            4 => Ok(self.status
+                | Self::VOSRDY
+                | if self.is_low(supply_mv) {
+                    Self::PVDO
+                } else {
+                    0
+                }),
             _ => unknown("PWR", offset),
         }
     }
@@ -45,5 +63,20 @@ impl Pwr {
             _ => return unknown("PWR", offset),
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_watch_on_the_supply_says_when_it_is_below_its_threshold() {
+        let mut pwr = Pwr::default();
+        let low = |pwr: &Pwr, mv| pwr.read(4, mv).expect("a register") & Pwr::PVDO != 0;
+        pwr.write(0, 5 << 5).expect("a register");
+        assert!(!low(&pwr, 2_000), "it is off");
+        pwr.write(0, 5 << 5 | Pwr::PVDE).expect("a register");
+        assert!(low(&pwr, 2_699) && !low(&pwr, 2_700));
     }
 }

@@ -1,6 +1,7 @@
 //! Reset and clock control: oscillators, PLL, prescalers, enables, and why the last reset was.
 
 use super::unknown;
+use crate::corner::Corner;
 use crate::time::{self, from_us};
 
 /// Why the chip was reset.
@@ -47,12 +48,19 @@ pub struct Clocks {
     pub timers2: u32,
 }
 
-const HSI: u32 = 16_000_000;
-
-/// From its enable until an oscillator is ready: typical values of the data sheet.
-const HSE_START: u64 = from_us(2_000);
-const PLL_LOCK: u64 = from_us(200);
-const LSI_START: u64 = from_us(15);
+impl Clocks {
+    /// All at the internal oscillator's.
+    const fn reset(corner: Corner) -> Self {
+        let hsi = corner.hsi_hz();
+        Self {
+            hclk: hsi,
+            pclk1: hsi,
+            pclk2: hsi,
+            timers1: hsi,
+            timers2: hsi,
+        }
+    }
+}
 
 /// The registers.
 #[derive(Clone, Debug)]
@@ -61,6 +69,11 @@ pub struct Rcc {
     clocks: Clocks,
     /// The crystal, hertz; `None` where it does not start.
     pub crystal: Option<u32>,
+    corner: Corner,
+    /// The crystal ran once, and has stopped.
+    lost: bool,
+    /// The core's clock has stopped: nothing but the watchdog goes on.
+    stopped: bool,
     hse_ready_at: u64,
     pll_ready_at: u64,
     lsi_ready_at: u64,
@@ -86,17 +99,14 @@ const DCKCFGR: u32 = 0x8C;
 impl Rcc {
     /// After the supply came, with a crystal or without.
     #[must_use]
-    pub fn new(crystal: Option<u32>) -> Self {
+    pub fn new(crystal: Option<u32>, corner: Corner) -> Self {
         let mut rcc = Self {
             registers: [0; 35],
-            clocks: Clocks {
-                hclk: HSI,
-                pclk1: HSI,
-                pclk2: HSI,
-                timers1: HSI,
-                timers2: HSI,
-            },
+            clocks: Clocks::reset(corner),
             crystal,
+            corner,
+            lost: false,
+            stopped: false,
             hse_ready_at: time::NEVER,
             pll_ready_at: time::NEVER,
             lsi_ready_at: time::NEVER,
@@ -132,19 +142,29 @@ impl Rcc {
         self.hse_ready_at = time::NEVER;
         self.pll_ready_at = time::NEVER;
         self.lsi_ready_at = time::NEVER;
-        self.clocks = Clocks {
-            hclk: HSI,
-            pclk1: HSI,
-            pclk2: HSI,
-            timers1: HSI,
-            timers2: HSI,
-        };
+        self.stopped = false;
+        self.clocks = Clocks::reset(self.corner);
     }
 
     /// The clocks now.
     #[must_use]
     pub const fn clocks(&self) -> Clocks {
         self.clocks
+    }
+
+    /// Whether nothing but the watchdog is clocked any more.
+    #[must_use]
+    pub const fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    const fn wait(us: u32) -> u64 {
+        from_us(us as u64)
+    }
+
+    /// Whether the crystal drives the PLL.
+    const fn pll_is_from_crystal(&self) -> bool {
+        self.registers[PLLCFGR] & 1 << 22 != 0
     }
 
     /// Whether the clock of a peripheral is on: register offset and bit.
@@ -203,14 +223,18 @@ impl Rcc {
                 let turned =
                     |bit: u32| (value & !old & 1 << bit != 0, old & !value & 1 << bit != 0);
                 match turned(16) {
-                    (true, _) if self.crystal.is_some() => self.hse_ready_at = now + HSE_START,
+                    (true, _) if self.crystal.is_some() => {
+                        self.hse_ready_at = now + Self::wait(self.corner.crystal_start_us());
+                    }
                     (_, true) => self.hse_ready_at = time::NEVER,
                     _ => {}
                 }
                 match turned(24) {
+                    // From a crystal that has stopped it never locks.
+                    (true, _) if self.lost && self.pll_is_from_crystal() => {}
                     (true, _) => {
                         self.check_pll(now)?;
-                        self.pll_ready_at = now + PLL_LOCK;
+                        self.pll_ready_at = now + Self::wait(self.corner.pll_lock_us());
                     }
                     (_, true) => self.pll_ready_at = time::NEVER,
                     _ => {}
@@ -235,7 +259,7 @@ impl Rcc {
                 self.lsi_ready_at = if value & 1 == 0 {
                     time::NEVER
                 } else if old & 1 == 0 {
-                    now + LSI_START
+                    now + Self::wait(self.corner.lsi_start_us())
                 } else {
                     self.lsi_ready_at
                 };
@@ -246,23 +270,34 @@ impl Rcc {
     }
 
     /// The crystal stops, and will not start again. Where it is watched the system goes on with the
-    /// internal oscillator (RM0090, 7.2.7): whether that is so, and an NMI is due.
+    /// internal oscillator (RM0090, 7.2.7): whether that is so, and an NMI is due. Where it is not,
+    /// a core that ran on it stands still, until the watchdog resets it.
     ///
     /// # Errors
-    /// Where the core runs on it unwatched: it would stand still for ever.
+    /// Where the internal oscillator would have flash answer too fast.
     pub fn lose_crystal(&mut self, now: u64, wait_states: u32) -> Result<bool, String> {
         self.crystal = None;
         if now < self.hse_ready_at {
+            self.hse_ready_at = time::NEVER;
             return Ok(false);
         }
+        self.lost = true;
         self.hse_ready_at = time::NEVER;
+        let in_use = match self.registers[CFGR] & 3 {
+            0 => false,
+            1 => true,
+            _ => self.pll_is_from_crystal(),
+        };
+        if self.pll_is_from_crystal() {
+            self.pll_ready_at = time::NEVER;
+        }
         if self.registers[CR] & CSSON == 0 {
-            return Err("the crystal stops, and nobody watches it".into());
+            self.stopped = in_use;
+            return Ok(false);
         }
         self.registers[CR] &= !(1 << 16);
-        if self.registers[PLLCFGR] & 1 << 22 != 0 {
+        if self.pll_is_from_crystal() {
             self.registers[CR] &= !(1 << 24);
-            self.pll_ready_at = time::NEVER;
         }
         self.registers[CFGR] &= !0xF;
         self.registers[CIR] |= CSSF;
@@ -273,9 +308,9 @@ impl Rcc {
     fn pll_input(&self, now: u64) -> Result<u32, String> {
         let pll = self.registers[PLLCFGR];
         let source = if pll & 1 << 22 == 0 {
-            HSI
+            self.corner.hsi_hz()
         } else if now >= self.hse_ready_at {
-            self.crystal.unwrap_or(HSI)
+            self.crystal.unwrap_or(self.corner.hsi_hz())
         } else {
             return Err("the PLL is started from a crystal that is not ready".into());
         };
@@ -297,8 +332,8 @@ impl Rcc {
     fn update_clocks(&mut self, now: u64, wait_states: u32) -> Result<(), String> {
         let configuration = self.registers[CFGR];
         let system = match configuration & 3 {
-            0 => HSI,
-            1 if now >= self.hse_ready_at => self.crystal.unwrap_or(HSI),
+            0 => self.corner.hsi_hz(),
+            1 if now >= self.hse_ready_at => self.crystal.unwrap_or(self.corner.hsi_hz()),
             2 if now >= self.pll_ready_at => {
                 let pll = self.registers[PLLCFGR];
                 self.pll_input(now)? * (pll >> 6 & 0x1FF) / (2 * (pll >> 16 & 3) + 2)

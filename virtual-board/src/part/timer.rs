@@ -38,6 +38,8 @@ pub struct Timer {
     count: u32,
     since: u64,
     period: u64,
+    /// A debugger halts the core, and the timer with it.
+    frozen: bool,
     /// It counts from here when it is first started, its compares moved along: as if it had run
     /// for so long already.
     pub head_start: u32,
@@ -67,6 +69,7 @@ impl Timer {
             count: 0,
             since: 0,
             period,
+            frozen: false,
             head_start: 0,
             next: Cell::new(None),
         }
@@ -95,7 +98,15 @@ impl Timer {
 
     /// Whether it counts its own clock.
     const fn runs(&self) -> bool {
-        self.is_on() && self.slave & 7 == 0
+        self.is_on() && self.slave & 7 == 0 && !self.frozen
+    }
+
+    /// A debugger halts the core and the timer with it, or lets them go on.
+    pub fn freeze(&mut self, frozen: bool, now: u64) {
+        self.advance(now);
+        self.next.set(None);
+        self.since = now;
+        self.frozen = frozen;
     }
 
     /// The trigger that it counts instead of its clock, of the four that come from other timers.
@@ -140,8 +151,10 @@ impl Timer {
         } else if count >= round {
             // Beyond its reload value it counts on to the end of its width.
             u64::from(self.mask) + 1 - count + value
+        } else if value > count {
+            value - count
         } else {
-            (value + round - count - 1) % round + 1
+            value + round - count
         }
     }
 
@@ -372,6 +385,30 @@ mod tests {
         timer.advance(100_000);
         assert_eq!(timer.read(0x10, 100_000).expect("a register") & 1, 1);
         assert_eq!(timer.read(0x24, 100_390), Ok(3));
+    }
+
+    #[test]
+    fn a_compare_value_that_has_passed_matches_in_the_next_round_only() {
+        let mut timer = timer();
+        timer.write(0x0C, 2, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        timer.write(0x34, 250, 25_100).expect("a register");
+        assert_eq!(timer.next_event(), 125_000);
+        timer.advance(100_000);
+        assert!(!timer.asks());
+    }
+
+    #[test]
+    fn frozen_it_stands_still() {
+        let mut timer = timer();
+        timer.write(0x34, 250, 0).expect("a register");
+        timer.write(0x0C, 2, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        timer.freeze(true, 10_000);
+        assert_eq!(timer.next_event(), NEVER);
+        timer.freeze(false, 1_000_000);
+        assert_eq!(timer.read(0x24, 1_000_000), Ok(100));
+        assert_eq!(timer.next_event(), 1_015_000);
     }
 
     #[test]

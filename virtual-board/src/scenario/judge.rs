@@ -1,6 +1,6 @@
 //! What a scenario has to come to, whatever its row in the table says.
 
-use super::{Invalid, Outcome, Scenario};
+use super::{Invalid, Outcome, Scenario, Tells};
 
 /// What is wrong with what a scenario came to; empty where nothing is.
 #[must_use]
@@ -23,6 +23,10 @@ pub fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
         format!("a frame said stable {} µs late", outcome.late_us),
     );
     object(
+        outcome.noticed_us() > Some(scenario.noticed_within_us as f64),
+        format!("noticed after {:?} µs", outcome.noticed_us()),
+    );
+    object(
         !outcome.has_told(scenario.tells),
         format!("{:?} was not told", scenario.tells),
     );
@@ -31,7 +35,7 @@ pub fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
         "no frame was looked at".into(),
     );
     object(
-        outcome.resets != scenario.resets,
+        !scenario.any_reset && outcome.resets != scenario.resets,
         format!("resets: {:?}", outcome.resets),
     );
     object(
@@ -41,6 +45,11 @@ pub fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
     object(
         outcome.kept[2] > 0,
         format!("settings old, new, other: {:?}", outcome.kept),
+    );
+    let refused = outcome.has_told(Tells::Fault(wire::Fault::ConfigStore));
+    object(
+        scenario.keeps_new && !refused && outcome.kept[1] == 0,
+        "settings are not those that were stored, and nothing was said".into(),
     );
     object(
         !outcome.steady_clock && scenario.keeps_time,

@@ -4,19 +4,23 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use super::{ALL, Outcome, Problem, Scenario};
+use super::{Case, Outcome, Scenario};
+use crate::corner::Corner;
 
-/// Runs every scenario in all its variants, on all cores, and gives the worst of each.
-///
-/// # Errors
-/// Where one cannot be run.
-pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> {
-    let runs: Vec<(usize, u64, u64)> = ALL
+/// Runs scenarios in all their variants, on all cores, and gives the worst of each. What cannot be
+/// run is an objection.
+#[must_use]
+pub fn matrix(
+    elf: &[u8],
+    corner: Corner,
+    rows: &[&'static Scenario],
+) -> Vec<(&'static Scenario, Outcome)> {
+    let runs: Vec<(usize, Case)> = rows
         .iter()
         .enumerate()
         .flat_map(|(place, scenario)| {
             scenario.all_variants().flat_map(move |variant| {
-                (0..scenario.phases).map(move |phase| (place, variant, phase))
+                (0..scenario.phases).map(move |phase| (place, Case { variant, phase }))
             })
         })
         .collect();
@@ -26,12 +30,10 @@ pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> 
     thread::scope(|scope| {
         for _ in 0..cores {
             scope.spawn(|| {
-                while let Some(&(place, variant, phase)) =
-                    runs.get(next.fetch_add(1, Ordering::Relaxed))
-                {
-                    let outcome = ALL[place].run(elf, variant, phase);
+                while let Some(&(place, case)) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let outcome = rows[place].run(elf, case, corner);
                     let mut outcomes = outcomes.lock().unwrap_or_else(PoisonError::into_inner);
-                    outcomes.push(((place, variant, phase), outcome));
+                    outcomes.push(((place, case), outcome));
                 }
             });
         }
@@ -40,19 +42,25 @@ pub fn matrix(elf: &[u8]) -> Result<Vec<(&'static Scenario, Outcome)>, Problem> 
         .into_inner()
         .unwrap_or_else(PoisonError::into_inner);
     outcomes.sort_by_key(|(run, _)| *run);
-    let mut worst: Vec<Option<Outcome>> = vec![None; ALL.len()];
-    for ((place, ..), outcome) in outcomes {
-        let outcome = outcome?;
+    let mut worst: Vec<Option<Outcome>> = vec![None; rows.len()];
+    for ((place, case), outcome) in outcomes {
+        let name = rows[place].name;
+        let outcome = outcome.unwrap_or_else(|problem| Outcome {
+            objections: vec![format!("{name}:{}: {problem}", case.variant)],
+            ..Outcome::default()
+        });
+        let mut outcome = outcome;
+        for text in &mut outcome.objections {
+            *text += &format!(" (variant {}, phase {})", case.variant, case.phase);
+        }
         worst[place] = Some(match worst[place].take() {
             Some(so_far) => so_far.worst(&outcome),
             None => outcome,
         });
     }
-    Ok(ALL
-        .iter()
-        .zip(worst)
-        .filter_map(|(scenario, outcome)| Some((scenario, outcome?)))
-        .collect())
+    let rows = rows.iter().copied().zip(worst);
+    rows.filter_map(|(scenario, outcome)| Some((scenario, outcome?)))
+        .collect()
 }
 
 /// Later than usual by less, µs, is not worth a word.

@@ -88,6 +88,7 @@ pub mod index {
     pub const FAULTS: u16 = 0x2111;
     pub const COUNTERS: u16 = 0x2112;
     pub const LAST_CRASH: u16 = 0x2113;
+    pub const SUPPLY: u16 = 0x2114;
     pub const CALIBRATION: u16 = 0x2120;
 }
 
@@ -550,6 +551,9 @@ const fn count_settings(objects: usize) -> usize {
 pub const SIGNATURE_STORE: u32 = u32::from_le_bytes(*b"save");
 /// See [`SIGNATURE_STORE`].
 pub const SIGNATURE_RESTORE: u32 = u32::from_le_bytes(*b"load");
+
+/// "bor3": what must be written to have the chip reset itself below 2.7 V.
+pub const SIGNATURE_BROWN_OUT: u32 = u32::from_le_bytes(*b"bor3");
 
 /// Bit 31 of a PDO's identifier: the PDO is off.
 pub const PDO_OFF: u32 = 1 << 31;

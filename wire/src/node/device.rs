@@ -9,7 +9,8 @@ use super::snapshot::Snapshot;
 use crate::abort::AbortCode;
 use crate::counter::{Counter, Counters};
 use crate::dictionary::{
-    self, Access, Address, ERROR_HISTORY, Place, Role, SIGNATURE_RESTORE, SIGNATURE_STORE, index,
+    self, Access, Address, ERROR_HISTORY, Place, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE,
+    SIGNATURE_STORE, index,
 };
 use crate::fault::Faults;
 use crate::foot::NodeId;
@@ -32,6 +33,8 @@ pub(super) struct Device {
     pub(super) stage: Stage,
     pub(super) counters: Counters,
     pub(super) crash: Option<Crash>,
+    /// The brown-out level at the start.
+    pub(super) brown_out_level: u8,
     /// What the estimator has learnt.
     pub(super) learnt: Learnt,
     pub(super) load: Option<Load>,
@@ -67,6 +70,7 @@ impl Device {
                 (Some(crash), _) => crash.program_counter,
                 (None, _) => 0,
             },
+            index::SUPPLY => u32::from(self.brown_out_level),
             index::TIME => match (self.time, address.subindex) {
                 (Some((time, _)), 1) => u32::from(time.days),
                 (Some((time, _)), 2) => time.milliseconds,
@@ -135,6 +139,7 @@ impl Device {
             }
             (index::STORE, Value::U32(SIGNATURE_STORE))
             | (index::RESTORE, Value::U32(SIGNATURE_RESTORE))
+            | (index::SUPPLY, Value::U32(SIGNATURE_BROWN_OUT))
                 if self.storing =>
             {
                 Err(AbortCode::Hardware)
@@ -150,7 +155,12 @@ impl Device {
                 self.event = Some(Event::Restore);
                 Ok(Written::Pending)
             }
-            (index::STORE | index::RESTORE, _) => Err(AbortCode::CannotStore),
+            (index::SUPPLY, Value::U32(SIGNATURE_BROWN_OUT)) => {
+                self.may_be_changed(address.index)?;
+                self.event = Some(Event::ProtectSupply);
+                Ok(Written::Pending)
+            }
+            (index::STORE | index::RESTORE | index::SUPPLY, _) => Err(AbortCode::CannotStore),
             (index::CALIBRATION, Value::U8(command)) => {
                 self.may_be_changed(address.index)?;
                 let command = match command {

@@ -30,6 +30,8 @@ pub enum Event {
     /// Forget the stored settings so that the defaults apply from the next reset, then call
     /// [`Node::finish`](super::Node::finish).
     Restore,
+    /// Set the highest brown-out level, then call [`Node::finish`](super::Node::finish).
+    ProtectSupply,
     /// The NMT state has changed.
     State(NmtState),
     /// Reset the whole board.

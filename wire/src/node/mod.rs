@@ -99,6 +99,7 @@ impl Node {
                 stage: Stage::Starting,
                 counters: Counters::default(),
                 crash: None,
+                brown_out_level: 0,
                 learnt: Learnt::default(),
                 load: None,
                 load_age: 0,
@@ -197,6 +198,11 @@ impl Node {
         self.device.crash = Some(crash);
     }
 
+    /// Publishes the brown-out level that was found at the start, 0 to 3.
+    pub const fn set_brown_out_level(&mut self, level: u8) {
+        self.device.brown_out_level = level;
+    }
+
     /// Publishes what the estimator has learnt. Needed before a request is taken in: objects are
     /// encoded when they are read.
     pub const fn set_learnt(&mut self, learnt: Learnt) {
@@ -283,7 +289,8 @@ impl Node {
         event
     }
 
-    /// Answers the [`Event::Store`] or [`Event::Restore`] that a master waits for.
+    /// Answers the [`Event::Store`], [`Event::Restore`] or [`Event::ProtectSupply`] that a master waits
+    /// for.
     pub fn finish(&mut self, result: Result<(), AbortCode>) -> Option<CanFrame> {
         match core::mem::take(&mut self.waiting) {
             Waiting::Nobody => None,
@@ -509,7 +516,10 @@ impl Node {
         self.device.storing = self.waiting != Waiting::Nobody;
         let answer = self.sdo.handle(request, &mut self.device);
         let event = self.take_event();
-        if matches!(event, Some(Event::Store | Event::Restore)) {
+        if matches!(
+            event,
+            Some(Event::Store | Event::Restore | Event::ProtectSupply)
+        ) {
             self.waiting = Waiting::Sdo;
         }
         Outcome {

@@ -1,0 +1,78 @@
+//! The independent watchdog: it resets the chip where nobody feeds it, from the first instructions
+//! after reset on.
+//!
+//! Its oscillator runs at 17 to 47 kHz (DS8626, table 34 \[M\]) and nominally at 32, so that the
+//! nominal period of 1 s is 0.68 to 1.88 s: longer than a start, and longer than the erase of a page with
+//! the feeding before and after it; a hang is ended after 1.88 s at the latest.
+
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+use embassy_stm32::pac::{DBGMCU, IWDG};
+
+use super::flash::ERASE_MICROS;
+
+/// The oscillator: nominal, and as fast as any, Hz.
+const LSI_HZ: u32 = 32_000;
+const FASTEST_LSI_HZ: u32 = 47_000;
+
+const DIVIDER: u32 = 16;
+
+/// The period at the nominal frequency, ms.
+const PERIOD_MILLIS: u32 = 1_000;
+
+const RELOAD: u32 = LSI_HZ / DIVIDER * PERIOD_MILLIS / 1_000 - 1;
+
+/// How often it can be fed, ms: ten times before it bites.
+pub const FEEDING_MILLIS: u32 = 60;
+
+/// What is left of the shortest period after an erase, until all workers have reported: they are
+/// called with one feeding and looked at with the next.
+const AFTER_ERASE_MILLIS: u32 = 2 * FEEDING_MILLIS;
+
+const _: () = assert!(RELOAD <= 0xFFF);
+const _: () = assert!(
+    PERIOD_MILLIS * (LSI_HZ / 1_000) / (FASTEST_LSI_HZ / 1_000)
+        > ERASE_MICROS / 1_000 + AFTER_ERASE_MILLIS
+);
+
+/// Looks at `IWDG_SR` until the settings are taken over, which takes five cycles of the oscillator, at
+/// most 300 µs: some 5,000 cycles of the processor just after reset.
+const POLLS: u32 = 2_000;
+
+// Before memory is initialised and the stack painted, which takes some milliseconds, it is started as
+// it is after reset: with a period of 0.35 to 0.96 s.
+core::arch::global_asm!(
+    ".section .text.__pre_init, \"ax\"",
+    ".global __pre_init",
+    ".type __pre_init, %function",
+    ".thumb_func",
+    "__pre_init:",
+    "ldr r0, =0x40003000", // IWDG_KR
+    "movw r1, #0xCCCC",
+    "str r1, [r0]",
+    "bx lr",
+);
+
+/// Gives the watchdog its period. It runs already, for good.
+pub fn start() {
+    // What a debugger has halted is not stuck, and goes on at the time at which it was halted.
+    DBGMCU.apb1fzr().modify(|w| {
+        w.set_iwdg(true);
+        w.set_tim2(true);
+        w.set_tim4(true);
+        w.set_tim5(true);
+    });
+    IWDG.kr().write(|w| w.set_key(Key::ENABLE));
+    IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY16));
+    IWDG.rlr().write(|w| w.set_rl(RELOAD as u16));
+    for _ in 0..POLLS {
+        if IWDG.sr().read().0 == 0 {
+            break;
+        }
+    }
+    feed();
+}
+
+/// Gives it its whole period.
+pub fn feed() {
+    IWDG.kr().write(|w| w.set_key(Key::RESET));
+}

@@ -1,0 +1,385 @@
+//! A log of items in two pages of flash; the newest complete one counts.
+//!
+//! One page is written, the other is blank or holds what was written before. When an item no longer
+//! fits, the other page is made blank, the full one is closed, and writing goes on in the other: the
+//! newest item is never in the page that is erased, so a power cut leaves it or the one after it.
+//!
+//! The format is that of the crate `sequential-storage` 8, which earlier programs used, so that they
+//! and this one read each other's pages:
+//!
+//! | bytes of a page | field |
+//! |---|---|
+//! | 0 to 3 | 0 where the page is in use |
+//! | 4 … | items, one after the other |
+//! | the last 4 | 0 where the page is closed |
+//!
+//! | bytes of an item | field |
+//! |---|---|
+//! | 0 to 3 | CRC-32C of the data, from 0xEEEEEEEE, its lowest byte never 0 or 0xFF |
+//! | 4, 5 | length of the data |
+//! | 6, 7 | CRC-16 of the length |
+//! | 8 … | the data, a key in its first byte, filled up with 0 to whole words |
+//!
+//! A mark counts as 0 from four cleared bits on. Nothing is written or erased to find an item.
+
+use core::cmp::Reverse;
+use core::ops::Range;
+
+use embedded_storage::nor_flash::NorFlash;
+
+use crate::ports::{Erase, StoreFailed};
+
+/// The key of the settings, which are all that the pages hold.
+pub(super) const KEY: u8 = 0;
+
+/// Bytes of a word, the least that is written at once.
+const WORD: u32 = 4;
+
+/// Bytes before an item's data.
+const HEADER: u32 = 8;
+
+/// Bytes that are looked at in one go.
+const CHUNK: usize = 64;
+
+/// How often an item is written before the flash counts as worn out.
+const ATTEMPTS: usize = 2;
+
+/// What a page is for, the less current first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Use {
+    /// It has no mark: blank, or half erased.
+    Unmarked,
+    /// It is full.
+    Closed,
+    /// It takes more items.
+    Open,
+}
+
+/// A complete item.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Item {
+    /// Where its data begin, in bytes of the flash.
+    pub(super) data: u32,
+    /// Bytes of data, the key included.
+    pub(super) length: u16,
+    check: u32,
+}
+
+/// What is in a page.
+#[derive(Clone, Copy, Debug)]
+struct Page {
+    is: Use,
+    newest: Option<Item>,
+    /// An item after the newest was written to its end and does not match its checksum.
+    damaged: bool,
+    /// From here on it is blank.
+    free: u32,
+}
+
+/// What a search has found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Latest {
+    /// The newest complete item.
+    pub(super) item: Option<Item>,
+    /// There was a newer one, which has decayed.
+    pub(super) damaged: bool,
+}
+
+pub(super) struct Pages<F> {
+    flash: F,
+    start: u32,
+}
+
+impl<F: NorFlash> Pages<F>
+where
+    StoreFailed: From<F::Error>,
+{
+    const SIZE: u32 = F::ERASE_SIZE as u32;
+
+    /// The pages in `range`; `None` where it is not two whole ones.
+    pub(super) fn new(flash: F, range: &Range<u32>) -> Option<Self> {
+        const { assert!((WORD as usize).is_multiple_of(F::WRITE_SIZE) && F::READ_SIZE == 1) };
+        let whole = [range.start, range.end].map(|end| end.is_multiple_of(Self::SIZE)) == [true; 2];
+        let pages = range.end.checked_sub(range.start)? / Self::SIZE;
+        (whole && pages >= 2).then_some(Self {
+            flash,
+            start: range.start,
+        })
+    }
+
+    pub(super) const fn flash(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
+    pub(super) fn release(self) -> F {
+        self.flash
+    }
+
+    pub(super) const fn start(&self) -> u32 {
+        self.start
+    }
+
+    const fn base(&self, page: usize) -> u32 {
+        self.start + page as u32 * Self::SIZE
+    }
+
+    pub(super) fn read<const N: usize>(&mut self, at: u32) -> Result<[u8; N], F::Error> {
+        let mut bytes = [0; N];
+        self.flash.read(at, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Whether nothing was ever written since the pages were erased.
+    pub(super) fn are_blank(&mut self) -> Result<bool, F::Error> {
+        self.is_blank(self.base(0), self.base(2))
+    }
+
+    fn is_blank(&mut self, from: u32, to: u32) -> Result<bool, F::Error> {
+        self.all(from..to, |byte| byte == 0xFF)
+    }
+
+    /// Whether all bytes are as asked for; the first that is not is the last asked about.
+    fn all(&mut self, range: Range<u32>, mut is: impl FnMut(u8) -> bool) -> Result<bool, F::Error> {
+        let end = range.end;
+        for at in range.step_by(CHUNK) {
+            let mut chunk = [0; CHUNK];
+            let length = CHUNK.min((end - at) as usize);
+            let part = chunk.get_mut(..length).unwrap_or_default();
+            self.flash.read(at, part)?;
+            if !part.iter().all(|byte| is(*byte)) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The newest complete item.
+    pub(super) fn newest(&mut self) -> Result<Latest, F::Error> {
+        let pages = self.look()?;
+        let Some(best) = best(&pages) else {
+            return Ok(Latest {
+                item: None,
+                damaged: pages.iter().any(|page| page.damaged),
+            });
+        };
+        // Damage in a page from before is of no interest.
+        let damaged = pages.iter().any(|page| page.damaged && page.is >= best.is);
+        Ok(Latest {
+            item: best.newest,
+            damaged,
+        })
+    }
+
+    fn look(&mut self) -> Result<[Page; 2], F::Error> {
+        Ok([self.scan(0)?, self.scan(1)?])
+    }
+
+    fn scan(&mut self, page: usize) -> Result<Page, F::Error> {
+        let (base, end) = (self.base(page), self.base(page + 1) - WORD);
+        let [first] = self.read(base)?;
+        let [last] = self.read(end + WORD - 1)?;
+        let mut at = base + WORD;
+        let mut found = Page {
+            is: match (is_marked(first), is_marked(last)) {
+                (true, false) => Use::Open,
+                (true, true) => Use::Closed,
+                (false, _) => Use::Unmarked,
+            },
+            newest: None,
+            damaged: false,
+            free: at,
+        };
+        while at + HEADER <= end {
+            let header @ [c0, c1, c2, c3, l0, l1, k0, k1] = self.read(at)?;
+            if header == [0xFF; HEADER as usize] {
+                let next = end.min(at + CHUNK as u32);
+                at = if self.is_blank(at, next)? {
+                    next
+                } else {
+                    at + WORD
+                };
+                continue;
+            }
+            let length = u16::from_le_bytes([l0, l1]);
+            let data = at + HEADER;
+            let next = data + u32::from(length).next_multiple_of(WORD);
+            if u16::from_le_bytes([k0, k1]) != crc16([l0, l1]) || next > end {
+                // Not an item, or only the beginning of one.
+                found.free = found.free.max(data);
+                at += WORD;
+                continue;
+            }
+            found.free = found.free.max(next);
+            let check = u32::from_le_bytes([c0, c1, c2, c3]);
+            if self.check(data, length)? == check && self.read(data)? == [KEY] {
+                found.newest = Some(Item {
+                    data,
+                    length,
+                    check,
+                });
+                found.damaged = false;
+                at = next;
+            } else {
+                // Its last byte is written last, and is 0 where the data end before it.
+                let complete =
+                    !u32::from(length).is_multiple_of(WORD) && self.read(next - 1)? == [0];
+                found.damaged |= complete;
+                at += WORD;
+            }
+        }
+        Ok(found)
+    }
+
+    fn check(&mut self, data: u32, length: u16) -> Result<u32, F::Error> {
+        let mut crc = Crc32::NEW;
+        self.all(data..data + u32::from(length), |byte| {
+            crc = crc.with(byte);
+            true
+        })?;
+        Ok(crc.finish())
+    }
+
+    /// Writes an item, and reads it back: it is the newest then.
+    ///
+    /// # Errors
+    /// As [`StoreFailed`] says. The newest item of before still is.
+    pub(super) fn append(&mut self, data: &[u8], erase: Erase) -> Result<(), StoreFailed> {
+        let length = u16::try_from(data.len()).map_err(|_| StoreFailed::Flash)?;
+        let check = data.iter().fold(Crc32::NEW, |crc, byte| crc.with(*byte));
+        let check = check.finish();
+        for _ in 0..ATTEMPTS {
+            let at = self.place(u32::from(length), erase)?;
+            let written = Item {
+                data: at + HEADER,
+                length,
+                check,
+            };
+            self.write(at, &written, data)?;
+            if self.newest()?.item == Some(written) {
+                return Ok(());
+            }
+        }
+        Err(StoreFailed::Flash)
+    }
+
+    fn write(&mut self, at: u32, item: &Item, data: &[u8]) -> Result<(), F::Error> {
+        let [c0, c1, c2, c3] = item.check.to_le_bytes();
+        let [l0, l1] = item.length.to_le_bytes();
+        let [k0, k1] = crc16([l0, l1]).to_le_bytes();
+        self.flash.write(at, &[c0, c1, c2, c3, l0, l1, k0, k1])?;
+        let (words, rest) = data.as_chunks::<{ WORD as usize }>();
+        self.flash.write(item.data, words.as_flattened())?;
+        if rest.is_empty() {
+            return Ok(());
+        }
+        let mut last = [0; WORD as usize];
+        last.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
+        let end = item.data + words.as_flattened().len() as u32;
+        self.flash.write(end, &last)
+    }
+
+    /// A place for so many bytes of data.
+    fn place(&mut self, length: u32, erase: Erase) -> Result<u32, StoreFailed> {
+        let room = HEADER + length.next_multiple_of(WORD);
+        if WORD + room + WORD > Self::SIZE {
+            return Err(StoreFailed::Flash);
+        }
+        let pages = self.look()?;
+        let open = |(_, page): &(usize, &Page)| page.is == Use::Open;
+        let open = pages.iter().enumerate().filter(open);
+        let open = open.max_by_key(|(i, page)| (page.newest.is_some(), Reverse(*i)));
+        if let Some((i, page)) = open
+            && page.free + room <= self.base(i + 1) - WORD
+        {
+            return Ok(page.free);
+        }
+        let full = best(&pages).and_then(|best| best.newest);
+        let next = match full {
+            Some(item) => usize::from(item.data < self.base(1)),
+            None => usize::from(!self.is_blank(self.base(0), self.base(1))?),
+        };
+        let (base, end) = (self.base(next), self.base(next + 1));
+        if !self.is_blank(base, end)? {
+            if erase == Erase::Refused {
+                return Err(StoreFailed::NeedsErase);
+            }
+            self.flash.erase(base, end)?;
+        }
+        if full.is_some() {
+            let other = self.base(1 - next);
+            self.mark(other)?;
+            self.mark(other + Self::SIZE - WORD)?;
+        }
+        self.mark(base)?;
+        Ok(base + WORD)
+    }
+
+    fn mark(&mut self, at: u32) -> Result<(), F::Error> {
+        self.flash.write(at, &[0; WORD as usize])
+    }
+}
+
+/// The page with the newest item.
+fn best(pages: &[Page; 2]) -> Option<&Page> {
+    let [first, second] = pages;
+    match (first.newest, second.newest) {
+        (None, None) => None,
+        (Some(_), None) => Some(first),
+        (None, Some(_)) => Some(second),
+        (Some(_), Some(_)) if second.is > first.is => Some(second),
+        (Some(_), Some(_)) => Some(first),
+    }
+}
+
+const fn is_marked(byte: u8) -> bool {
+    byte.count_zeros() >= 4
+}
+
+/// Koopman's CRC-16F/4.2, never 0xFFFF.
+fn crc16(bytes: [u8; 2]) -> u16 {
+    let mut crc = 0xFFFF_u16;
+    for byte in bytes {
+        crc ^= u16::from(byte);
+        for _ in 0..8 {
+            let low = crc & 1;
+            crc >>= 1;
+            if low == 1 {
+                crc ^= 0x1A2E;
+            }
+        }
+    }
+    match !crc {
+        0xFFFF => 0xFFFE,
+        crc => crc,
+    }
+}
+
+/// Castagnoli's CRC-32 of the bytes so far.
+#[derive(Clone, Copy)]
+struct Crc32(u32);
+
+impl Crc32 {
+    const NEW: Self = Self(0xEEEE_EEEE);
+
+    fn with(self, byte: u8) -> Self {
+        let mut crc = self.0 ^ u32::from(byte);
+        for _ in 0..8 {
+            let low = crc & 1;
+            crc >>= 1;
+            if low == 1 {
+                crc ^= 0x82F6_3B78;
+            }
+        }
+        Self(crc)
+    }
+
+    /// Its lowest byte is neither 0 nor 0xFF: a checksum half written is never right.
+    const fn finish(self) -> u32 {
+        let crc = !self.0;
+        match crc {
+            0 => 1,
+            _ if matches!(crc as u8, 0 | 0xFF) => crc ^ 1,
+            _ => crc,
+        }
+    }
+}

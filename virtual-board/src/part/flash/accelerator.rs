@@ -1,0 +1,359 @@
+//! The ART accelerator between the core and flash (RM0090, 3.5.2): what a fetch from flash costs.
+//!
+//! Flash is read by lines of 128 bits, and each read takes one cycle and the wait states. A line
+//! is at hand at once where it is the one in use, or in a cache; the next line in order is read
+//! ahead where prefetch is on. A line that had to be waited for enters the cache, one that was
+//! read ahead does not, as the manual words it: the cache holds the targets of branches. Both
+//! caches are taken as fully associative, and the least recently used line gives way (the manual
+//! names the policy and not the sets). A read that has begun ends before the next one begins.
+
+/// Bytes of a line, as a shift.
+const LINE: u32 = 4;
+
+/// Lines of the cache for instructions, and of that for literals.
+const INSTRUCTION_LINES: usize = 64;
+const DATA_LINES: usize = 8;
+
+/// Lines of 1 MiB.
+const LINES: usize = 1 << (20 - LINE);
+
+const BASE: u32 = 0x0800_0000;
+
+const PREFETCH: u32 = 1 << 8;
+const INSTRUCTION_CACHE: u32 = 1 << 9;
+const DATA_CACHE: u32 = 1 << 10;
+const INSTRUCTION_RESET: u32 = 1 << 11;
+const DATA_RESET: u32 = 1 << 12;
+
+/// Not in the cache.
+const ABSENT: u8 = 0xFF;
+
+/// Lines at hand, the least recently used first to go.
+#[derive(Clone, Debug)]
+struct Cache {
+    /// The slot of each line of flash.
+    place: Vec<u8>,
+    /// The line in each slot, and when it was last used.
+    slots: Vec<(u32, u64)>,
+    capacity: usize,
+    uses: u64,
+}
+
+impl Cache {
+    fn new(capacity: usize) -> Self {
+        Self {
+            place: vec![ABSENT; LINES],
+            slots: Vec::with_capacity(capacity),
+            capacity,
+            uses: 0,
+        }
+    }
+
+    fn clear(&mut self) {
+        for (line, _) in self.slots.drain(..) {
+            self.place[line as usize] = ABSENT;
+        }
+    }
+
+    fn holds(&self, line: u32) -> bool {
+        self.place
+            .get(line as usize)
+            .is_some_and(|&place| place != ABSENT)
+    }
+
+    /// Uses a line: whether it is there.
+    fn take(&mut self, line: u32) -> bool {
+        if !self.holds(line) {
+            return false;
+        }
+        self.uses += 1;
+        self.slots[usize::from(self.place[line as usize])].1 = self.uses;
+        true
+    }
+
+    fn fill(&mut self, line: u32) {
+        self.uses += 1;
+        let entry = (line, self.uses);
+        let slot = if self.slots.len() < self.capacity {
+            self.slots.push(entry);
+            self.slots.len() - 1
+        } else {
+            let oldest = self.slots.iter().enumerate().min_by_key(|(_, slot)| slot.1);
+            let slot = oldest.map_or(0, |(slot, _)| slot);
+            let old = core::mem::replace(&mut self.slots[slot], entry);
+            self.place[old.0 as usize] = ABSENT;
+            slot
+        };
+        if let Some(place) = self.place.get_mut(line as usize) {
+            *place = slot as u8;
+        }
+    }
+}
+
+/// A load from flash whose address is known from the code: where in its block the instruction is,
+/// and what it reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Literal {
+    /// Bytes from the block's start.
+    pub offset: u32,
+    /// The address that is read.
+    pub address: u32,
+}
+
+/// A straight run of instructions that is about to execute.
+#[derive(Clone, Copy, Debug)]
+pub struct Run<'a> {
+    /// Its address.
+    pub address: u32,
+    /// Its length, bytes.
+    pub size: u32,
+    /// Its cycles without any wait for flash.
+    pub cycles: u32,
+    /// What it loads from flash, in order.
+    pub literals: &'a [Literal],
+}
+
+/// The lines at hand, and the read that is under way.
+#[derive(Clone, Debug)]
+pub struct Accelerator {
+    access: u32,
+    instructions: Cache,
+    data: Cache,
+    current: u32,
+    /// The line that is read ahead, and the cycle from which a fetch of it does not wait.
+    ahead: Option<(u32, u64)>,
+    /// Flash is read until this cycle.
+    busy_until: u64,
+}
+
+impl Default for Accelerator {
+    fn default() -> Self {
+        Self {
+            access: 0,
+            instructions: Cache::new(INSTRUCTION_LINES),
+            data: Cache::new(DATA_LINES),
+            current: u32::MAX,
+            ahead: None,
+            busy_until: 0,
+        }
+    }
+}
+
+impl Accelerator {
+    /// After a reset: caches off and empty.
+    pub fn reset(&mut self) {
+        self.access = 0;
+        self.instructions.clear();
+        self.data.clear();
+        self.forget();
+    }
+
+    /// Flash has changed: nothing read ahead is worth anything.
+    pub const fn forget(&mut self) {
+        self.current = u32::MAX;
+        self.ahead = None;
+    }
+
+    /// Takes in a value of `FLASH_ACR`.
+    ///
+    /// # Errors
+    /// Where a cache is reset while it is on, which the part ignores.
+    pub fn configure(&mut self, access: u32) -> Result<(), String> {
+        let both = |reset: u32, enable: u32| access & reset != 0 && access & enable != 0;
+        if both(INSTRUCTION_RESET, INSTRUCTION_CACHE) || both(DATA_RESET, DATA_CACHE) {
+            return Err("a cache of flash is reset while it is on".into());
+        }
+        if access & INSTRUCTION_RESET != 0 {
+            self.instructions.clear();
+        }
+        if access & DATA_RESET != 0 {
+            self.data.clear();
+        }
+        self.access = access;
+        Ok(())
+    }
+
+    const fn wait_states(&self) -> u64 {
+        (self.access & 7) as u64
+    }
+
+    /// Begins to read a line as soon as that is possible: from which cycle on a fetch of it does
+    /// not wait.
+    fn read(&mut self, at: u64) -> u64 {
+        let start = at.max(self.busy_until);
+        self.busy_until = start + self.wait_states() + 1;
+        start + self.wait_states()
+    }
+
+    /// Fetches a line of instructions at a cycle: how many cycles the core waits.
+    fn line(&mut self, at: u64, line: u32) -> u64 {
+        if line == self.current {
+            return 0;
+        }
+        let cached = self.access & INSTRUCTION_CACHE != 0;
+        let ready = match self.ahead {
+            Some((ahead, ready)) if ahead == line => ready,
+            _ if cached && self.instructions.take(line) => at,
+            _ => {
+                let ready = self.read(at);
+                if cached {
+                    self.instructions.fill(line);
+                }
+                ready
+            }
+        };
+        let wait = ready.saturating_sub(at);
+        self.current = line;
+        self.ahead = None;
+        let next = line + 1;
+        if self.access & PREFETCH != 0 && !(cached && self.instructions.holds(next)) {
+            let ready = self.read(at + wait);
+            self.ahead = Some((next, ready));
+        }
+        wait
+    }
+
+    /// Loads a literal at a cycle: how many cycles the core waits.
+    fn load(&mut self, at: u64, line: u32) -> u64 {
+        let cached = self.access & DATA_CACHE != 0;
+        if cached && self.data.take(line) {
+            return 0;
+        }
+        let ready = self.read(at);
+        if cached {
+            self.data.fill(line);
+        }
+        ready - at
+    }
+
+    /// A run begins at a cycle: how many cycles the core waits for flash in it.
+    pub fn fetch(&mut self, at: u64, run: &Run) -> u64 {
+        let from = run.address.wrapping_sub(BASE);
+        let (first, last) = (from >> LINE, (from + run.size.max(1) - 1) >> LINE);
+        // What comes before an instruction is taken as its part of the bytes.
+        let into = |offset: u32| u64::from(run.cycles * offset / run.size.max(1));
+        let mut literals = run.literals.iter().peekable();
+        let mut wait = 0;
+        for line in first..=last {
+            let offset = (line << LINE).saturating_sub(from);
+            wait += self.line(at + wait + into(offset), line);
+            let end = ((line + 1) << LINE) - from;
+            while let Some(literal) = literals.next_if(|literal| literal.offset < end) {
+                let line = literal.address.wrapping_sub(BASE) >> LINE;
+                if (line as usize) < LINES {
+                    wait += self.load(at + wait + into(literal.offset), line);
+                }
+            }
+        }
+        wait
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL_ON: u32 = 5 | PREFETCH | INSTRUCTION_CACHE | DATA_CACHE;
+
+    fn accelerator(access: u32) -> Accelerator {
+        let mut accelerator = Accelerator::default();
+        accelerator.configure(access).expect("a setting");
+        accelerator
+    }
+
+    /// A run of instructions of four bytes and a cycle each.
+    const fn run(line: u32, lines: u32) -> Run<'static> {
+        Run {
+            address: BASE + (line << LINE),
+            size: lines << LINE,
+            cycles: lines << 2,
+            literals: &[],
+        }
+    }
+
+    #[test]
+    fn without_caches_each_line_costs_the_wait_states() {
+        let mut accelerator = accelerator(5);
+        assert_eq!(accelerator.fetch(0, &run(0, 4)), 4 * 5);
+        assert_eq!(accelerator.fetch(100, &run(0, 4)), 4 * 5);
+    }
+
+    #[test]
+    fn prefetch_hides_all_but_what_flash_is_slower_than_the_core() {
+        // A line of four instructions each six cycles: two of them are waited for.
+        let mut accelerator = accelerator(5 | PREFETCH);
+        assert_eq!(accelerator.fetch(0, &run(0, 1)), 5);
+        assert_eq!(accelerator.fetch(9, &run(1, 10)), 10 * 2);
+        // With three wait states none is.
+        let mut accelerator = self::accelerator(3 | PREFETCH);
+        assert_eq!(accelerator.fetch(0, &run(0, 10)), 3);
+    }
+
+    #[test]
+    fn a_loop_that_fits_the_cache_is_waited_for_once_and_one_that_does_not_each_time() {
+        let round = |lines: u32, accelerator: &mut Accelerator, at: &mut u64| {
+            let mut wait = 0;
+            for line in 0..lines {
+                // Every other line, so that nothing is read ahead of use.
+                let taken = accelerator.fetch(*at, &run(2 * line, 1));
+                *at += 20 + taken;
+                wait += taken;
+            }
+            wait
+        };
+        for (lines, again) in [(64, 0), (65, 65 * 5)] {
+            let (mut accelerator, mut at) = (accelerator(ALL_ON & !PREFETCH), 0);
+            let first = round(lines, &mut accelerator, &mut at);
+            assert_eq!(first, u64::from(lines) * 5);
+            assert_eq!(round(lines, &mut accelerator, &mut at), again, "{lines}");
+        }
+    }
+
+    #[test]
+    fn a_line_read_ahead_stays_out_of_the_cache() {
+        let mut accelerator = accelerator(ALL_ON);
+        assert_eq!(accelerator.fetch(0, &run(0, 2)), 5 + 2);
+        assert_eq!(
+            accelerator.fetch(100, &run(0, 1)),
+            0,
+            "a target of a branch"
+        );
+        assert_eq!(accelerator.fetch(200, &run(1, 1)), 0, "read ahead again");
+        assert_eq!(accelerator.fetch(300, &run(9, 1)), 5);
+        assert_eq!(accelerator.fetch(400, &run(1, 1)), 5, "now a target itself");
+    }
+
+    #[test]
+    fn literals_have_eight_lines_of_their_own() {
+        let mut accelerator = accelerator(ALL_ON);
+        let mut wait = |line: u32, at: u64| {
+            let literals = [Literal {
+                offset: 0,
+                address: BASE + (line << LINE),
+            }];
+            let run = Run {
+                literals: &literals,
+                ..run(0, 1)
+            };
+            accelerator.fetch(at, &run)
+        };
+        wait(100, 0);
+        assert_eq!(wait(100, 100), 0);
+        for line in 101..109 {
+            assert_eq!(wait(line, 100 * u64::from(line)), 5);
+        }
+        assert_eq!(wait(100, 100_000), 5);
+    }
+
+    #[test]
+    fn a_cache_is_reset_only_while_it_is_off() {
+        let mut accelerator = accelerator(ALL_ON);
+        accelerator.fetch(0, &run(0, 1));
+        assert!(accelerator.configure(ALL_ON | INSTRUCTION_RESET).is_err());
+        let off = ALL_ON & !INSTRUCTION_CACHE & !PREFETCH;
+        accelerator.configure(off | INSTRUCTION_RESET).expect("off");
+        accelerator.configure(ALL_ON).expect("on");
+        accelerator.forget();
+        assert_eq!(accelerator.fetch(100, &run(0, 1)), 5);
+    }
+}

@@ -1,0 +1,133 @@
+//! What can go wrong with the lines that lead out.
+
+use lsm6dsox::sim::Fault as Sensor;
+use wire::dictionary::index;
+use wire::node::Command;
+use wire::{Address, Counter, Fault as Told, Value};
+
+use super::{LASTING, ONE_TICK_US, PLAIN, SERIAL_STREAM};
+use crate::board::Fault;
+use crate::part::can::BusFault;
+use crate::part::usart::LineFault;
+use crate::scenario::{Invalid, Scenario, Step, Tells};
+
+/// In the order of the table.
+pub(super) const ROWS: &[Scenario] = &[
+    Scenario {
+        name: "bus-shorted",
+        what: "CAN lines shorted: bus-off",
+        steps: |_| vec![Step::Wrong(Fault::Bus(BusFault::Shorted))],
+        lasts_ms: LASTING,
+        tells: Tells::Fault(Told::CanBusOff),
+        keeps_time: true,
+        ..PLAIN
+    },
+    Scenario {
+        name: "no-acknowledge",
+        what: "nobody acknowledges on CAN",
+        steps: |_| vec![Step::Wrong(Fault::Bus(BusFault::NoAcknowledge))],
+        lasts_ms: LASTING,
+        tells: Tells::Fault(Told::CanErrorPassive),
+        keeps_time: true,
+        ..PLAIN
+    },
+    Scenario {
+        name: "bus-saturated",
+        what: "CAN full of frames that go first",
+        steps: |_| vec![Step::Wrong(Fault::Bus(BusFault::Saturated))],
+        lasts_ms: LASTING,
+        tells: Tells::Counter(Counter::CanDropped),
+        keeps_time: true,
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-open",
+        what: "serial line open: nobody reads",
+        steps: |_| vec![Step::Wrong(Fault::Line(LineFault::Open))],
+        lasts_ms: LASTING,
+        note: "without flow control a sender cannot know; the next whole frame is read",
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-break",
+        what: "serial consumer without power: line held low",
+        steps: |_| vec![Step::Wrong(Fault::Line(LineFault::Break))],
+        lasts_ms: LASTING,
+        tells: Tells::Fault(Told::UartOverrun),
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-dma-error",
+        what: "serial line: the DMA meets an error in the middle of each transfer",
+        steps: |_| vec![Step::Wrong(Fault::DmaError(SERIAL_STREAM))],
+        lasts_ms: LASTING,
+        tells: Tells::Counter(Counter::UartDropped),
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-garbage",
+        what: "20 000 bytes of garbage on the serial line",
+        steps: |_| vec![Step::Garbage(20_000)],
+        tells: Tells::Counter(Counter::UartRefused),
+        keeps_time: true,
+        ..PLAIN
+    },
+    Scenario {
+        name: "command-flood",
+        what: "1000 requests over CAN and 500 over the serial line at once",
+        steps: |_| vec![Step::Flood(500)],
+        tells: Tells::Counter(Counter::UartDropped),
+        ..PLAIN
+    },
+    Scenario {
+        name: "bus-dominant-at-set",
+        what: "CAN lines shorted while the controller is set anew",
+        steps: |_| {
+            vec![
+                Step::Wrong(Fault::Bus(BusFault::Shorted)),
+                Step::Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(500)),
+                Step::Nmt(Command::ResetCommunication),
+                Step::Wait(250_000),
+                Step::Nmt(Command::StartRemoteNode),
+            ]
+        },
+        lasts_ms: LASTING,
+        tells: Tells::Any,
+        ..PLAIN
+    },
+    Scenario {
+        name: "flood-then-sensor",
+        what: "a flood of requests, and 12 ms later the SPI data line stuck low",
+        steps: |_| {
+            vec![
+                Step::Flood(500),
+                Step::Wait(12_000),
+                Step::Wrong(Fault::Sensor(Sensor::MisoStuckLow)),
+            ]
+        },
+        lasts_ms: LASTING,
+        invalid: Invalid::ToTheEnd,
+        blind_us: 12_000 + ONE_TICK_US,
+        tells: Tells::Fault(Told::SensorWrongId),
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-flood-of-breaks",
+        what: "serial line held low for 2 ms, each 10 ms",
+        steps: |_| {
+            (0..20)
+                .flat_map(|_| {
+                    [
+                        Step::Wrong(Fault::Line(LineFault::Break)),
+                        Step::Wait(2_000),
+                        Step::Wrong(Fault::Line(LineFault::None)),
+                        Step::Wait(8_000),
+                    ]
+                })
+                .collect()
+        },
+        lasts_ms: LASTING,
+        tells: Tells::Fault(Told::UartOverrun),
+        ..PLAIN
+    },
+];

@@ -1,0 +1,152 @@
+//! What can go wrong with the settings and the flash that keeps them.
+
+use wire::Fault as Told;
+use wire::node::Command;
+
+use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, PLAIN};
+use crate::board::Fault;
+use crate::part::rcc::ResetCause;
+use crate::scenario::{Pages, Scenario, Step, Tells};
+
+/// In the order of the table.
+pub(super) const ROWS: &[Scenario] = &[
+    Scenario {
+        name: "flash-blank",
+        what: "stored settings gone, then a reset",
+        before: &[Step::Store],
+        steps: |_| {
+            vec![
+                Step::Wrong(Fault::SettingsErased),
+                Step::Wrong(Fault::Reset),
+            ]
+        },
+        tells: Tells::BootUp,
+        note: "a new board is like this: defaults apply",
+        resets: &[ResetCause::Pin],
+        ..PLAIN
+    },
+    Scenario {
+        name: "flash-corrupted",
+        what: "stored settings damaged, then a reset",
+        before: &[Step::Store],
+        steps: |_| {
+            vec![
+                Step::Wrong(Fault::SettingsDamaged),
+                Step::Wrong(Fault::Reset),
+            ]
+        },
+        tells: Tells::Fault(Told::ConfigCorrupted),
+        note: "defaults apply; stays, reported, until settings are stored",
+        resets: &[ResetCause::Pin],
+        ..PLAIN
+    },
+    Scenario {
+        name: "power-cut",
+        what: "supply cut while settings are stored, in each fourth of 115 writes",
+        before: &[
+            Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
+            Step::Store,
+            Step::Set(LOAD_SCALE, OLD_AND_NEW[1]),
+        ],
+        steps: |write| vec![Step::Wrong(Fault::CutInFlash(write)), Step::Store],
+        kept: Some((LOAD_SCALE, OLD_AND_NEW)),
+        variants: (3, 115, 4),
+        tells: Tells::BootUp,
+        resets: &[ResetCause::PowerOn],
+        ..PLAIN
+    },
+    Scenario {
+        name: "garbage-at-power-up",
+        what: "anything in the pages with the settings at power-up: twelve seeds",
+        steps: |seed| vec![Step::Wrong(Fault::SettingsGarbage(seed))],
+        variants: (1, 12, 1),
+        at_power_up: true,
+        tells: Tells::Any,
+        note: "defaults apply where there is nothing else",
+        ..PLAIN
+    },
+    Scenario {
+        name: "reload-damaged",
+        what: "stored settings damaged, then NMT reset communication",
+        before: &[Step::Store],
+        steps: |_| {
+            vec![
+                Step::Wrong(Fault::SettingsDamaged),
+                Step::Nmt(Command::ResetCommunication),
+                Step::Wait(50_000),
+                Step::Nmt(Command::StartRemoteNode),
+            ]
+        },
+        tells: Tells::Fault(Told::ConfigCorrupted),
+        note: "defaults apply; stays, reported, until settings are stored",
+        ..PLAIN
+    },
+    Scenario {
+        name: "load-defaults",
+        what: "0x1011 \"load\" erases both pages",
+        before: &[Step::Store],
+        steps: |_| vec![Step::Restore],
+        tells: Tells::Any,
+        ..PLAIN
+    },
+    Scenario {
+        name: "store-erases",
+        what: "a store that has to erase a page, in pre-operational",
+        pages: Pages::BeforeAnErase,
+        steps: |_| vec![Step::StoreStopped],
+        tells: Tells::Any,
+        ..PLAIN
+    },
+    Scenario {
+        name: "store-would-erase",
+        what: "a store that has to erase a page, in operational",
+        pages: Pages::BeforeAnErase,
+        steps: |_| vec![Step::Store],
+        tells: Tells::Any,
+        ..PLAIN
+    },
+    Scenario {
+        name: "power-cut-erasing",
+        what: "supply cut in a store that has to erase, at 16 of its operations",
+        pages: Pages::BeforeAnErase,
+        before: &[Step::Set(LOAD_SCALE, OLD_AND_NEW[1])],
+        steps: |part| vec![Step::CutInErase(part as u32), Step::StoreStopped],
+        kept: Some((LOAD_SCALE, OLD_AND_NEW)),
+        variants: (0, 31, 2),
+        tells: Tells::BootUp,
+        resets: &[ResetCause::PowerOn],
+        ..PLAIN
+    },
+    Scenario {
+        name: "worn-flash",
+        what: "a bit cleared where the record goes, in each twelfth word of it, then a reset",
+        before: &[
+            Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
+            Step::Store,
+            Step::Set(LOAD_SCALE, OLD_AND_NEW[1]),
+        ],
+        steps: |write| {
+            vec![
+                Step::Wrong(Fault::WornFlash(write)),
+                Step::StoreStopped,
+                Step::Wait(100_000),
+                Step::Wrong(Fault::Reset),
+            ]
+        },
+        kept: Some((LOAD_SCALE, OLD_AND_NEW)),
+        keeps_new: true,
+        variants: (2, 110, 12),
+        tells: Tells::BootUp,
+        resets: &[ResetCause::Pin],
+        ..PLAIN
+    },
+    Scenario {
+        name: "supply-low-store",
+        what: "settings stored at 2.6 V",
+        steps: |_| vec![Step::Wrong(Fault::Supply(2_600)), Step::StoreStopped],
+        lasts_ms: LASTING,
+        tells: Tells::Fault(Told::ConfigStore),
+        note: "refused below 2.7 V",
+        ..PLAIN
+    },
+];

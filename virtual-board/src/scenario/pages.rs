@@ -1,0 +1,67 @@
+//! Pages with settings in which the next store has to erase, filled by the board's own stores.
+
+use std::sync::{Mutex, PoisonError};
+
+use super::{BEFORE_MS, MILLISECOND, Problem, Step};
+use crate::board::Board;
+
+/// What is in the pages with the settings at power-up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pages {
+    /// Nothing, as in a new board.
+    Blank,
+    /// So many records that the next store has to erase.
+    BeforeAnErase,
+}
+
+/// Filled pages.
+#[derive(Clone)]
+pub(super) struct Filled {
+    pub(super) bytes: Vec<u8>,
+    /// Operations of flash that the store takes which erases.
+    pub(super) operations: u64,
+}
+
+/// More stores than fit two pages.
+const MOST_STORES: u32 = 400;
+
+/// How long a store may take without an erase, and with some, ms.
+const STORE_MS: u64 = 60;
+const ERASE_MS: u64 = 3_000;
+
+/// What has been found, by ELF.
+static FOUND: Mutex<Vec<(Vec<u8>, Filled)>> = Mutex::new(Vec::new());
+
+/// Has a board with `elf` store its settings, changed by `before`, until it erases: the pages as
+/// they were before that.
+pub(super) fn before_an_erase(elf: &[u8], before: Step) -> Result<Filled, Problem> {
+    let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, filled)) = found.iter().find(|(known, _)| known == elf) {
+        return Ok(filled.clone());
+    }
+    let mut board = Board::from_elf(elf).map_err(|error| Problem::Elf(error.to_string()))?;
+    board.run_until(BEFORE_MS * MILLISECOND)?;
+    before.act(&mut board);
+    board.run_for(STORE_MS * MILLISECOND)?;
+    for _ in 0..MOST_STORES {
+        let bytes = board.settings();
+        let counts = |board: &mut Board| {
+            let machine = board.cpu().machine();
+            (machine.chip.flash.operations, machine.chip.flash.erases)
+        };
+        let (operations, erases) = counts(&mut board);
+        Step::StoreStopped.act(&mut board);
+        board.run_for(STORE_MS * MILLISECOND)?;
+        if counts(&mut board).1 > erases {
+            board.run_for(ERASE_MS * MILLISECOND)?;
+            let operations = counts(&mut board).0 - operations;
+            let filled = Filled { bytes, operations };
+            found.push((elf.to_vec(), filled.clone()));
+            return Ok(filled);
+        }
+        board.take_can();
+        board.take_uart();
+        board.take_can_requests();
+    }
+    Err(Problem::Elf("no store erases".into()))
+}

@@ -1,0 +1,122 @@
+//! Two things that go wrong at once, or one shortly after the other.
+
+use super::{ALL, Case, Invalid, Outcome, Pages, Problem, Scenario, Step, Tells};
+use crate::corner::Corner;
+
+/// From the first to the second, µs.
+pub const DELAYS_US: [u32; 2] = [0, 12_000];
+
+/// Two faults, the second so many µs after the first.
+#[derive(Clone, Copy)]
+pub struct Pair {
+    /// What goes wrong first.
+    pub first: &'static Scenario,
+    /// What goes wrong then.
+    pub second: &'static Scenario,
+    /// How long after the first, µs.
+    pub delay_us: u32,
+}
+
+/// Whether it goes wrong on a board that runs, on its own, with nothing before it.
+fn is_simple(scenario: &&Scenario) -> bool {
+    let waits = |step: &Step| matches!(step, Step::Wait(_));
+    let steps = (scenario.steps)(scenario.variants.0);
+    !scenario.at_power_up
+        && scenario.pages == Pages::Blank
+        && scenario.kept.is_none()
+        && scenario.before.is_empty()
+        && !steps.is_empty()
+        && !steps.iter().any(waits)
+}
+
+/// Every ordered pair of different faults, with each delay.
+pub fn all() -> impl Iterator<Item = Pair> {
+    let faults: Vec<&'static Scenario> = ALL.iter().filter(is_simple).collect();
+    let seconds = faults.clone();
+    faults.into_iter().flat_map(move |first| {
+        let others = seconds.clone().into_iter();
+        let others = others.filter(|second| second.name != first.name);
+        others.flat_map(move |second| {
+            DELAYS_US.into_iter().map(move |delay_us| Pair {
+                first,
+                second,
+                delay_us,
+            })
+        })
+    })
+}
+
+impl Pair {
+    /// Its name: both names, and the delay.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!(
+            "{} + {} after {} ms",
+            self.first.name,
+            self.second.name,
+            self.delay_us / 1000
+        )
+    }
+
+    /// Until when data are invalid: to the end of what lasts. What ends by itself is looked at after
+    /// resets only.
+    const fn invalid(&self) -> Invalid {
+        match (self.first.invalid, self.second.invalid) {
+            (Invalid::ToTheEnd, _) | (_, Invalid::ToTheEnd) => Invalid::ToTheEnd,
+            _ => Invalid::Never,
+        }
+    }
+
+    /// By how much later it may be noticed where a debugger halts the core meanwhile, or where what
+    /// was on the bus leaves with a slower clock, µs.
+    const fn standstill_us(&self) -> u64 {
+        if self.first.clock_stops || self.second.clock_stops {
+            55_000
+        } else if self.first.with_can && self.second.with_can {
+            0
+        } else {
+            2_000
+        }
+    }
+
+    /// What is asked of both together: no frame says "stable" without data, whatever is told and
+    /// whatever resets it, and all is well afterwards.
+    fn scenario(&self) -> Scenario {
+        let (first, second) = (self.first, self.second);
+        let blind = |scenario: &Scenario, after: u32| match scenario.invalid {
+            Invalid::Never => 0,
+            _ => u64::from(after) + scenario.blind_us,
+        };
+        Scenario {
+            name: first.name,
+            lasts_ms: first.lasts_ms.or(second.lasts_ms),
+            invalid: self.invalid(),
+            blind_us: blind(first, 0).max(blind(second, self.delay_us)) + self.standstill_us(),
+            noticed_within_us: u64::MAX,
+            phases: 1,
+            tells: Tells::Any,
+            with_can: first.with_can && second.with_can,
+            any_reset: true,
+            keeps_time: false,
+            clock_stops: first.clock_stops || second.clock_stops,
+            clock_beyond_us: 0,
+            keeps_new: false,
+            ..*first
+        }
+    }
+
+    /// Runs it.
+    ///
+    /// # Errors
+    /// As [`Scenario::run`].
+    pub fn run(&self, elf: &[u8]) -> Result<Outcome, Problem> {
+        let mut steps = (self.first.steps)(self.first.variants.0);
+        if self.delay_us > 0 {
+            steps.push(Step::Wait(self.delay_us));
+        }
+        steps.extend((self.second.steps)(self.second.variants.0));
+        let Case { phase, .. } = Case::default();
+        self.scenario()
+            .run_steps(elf, &steps, phase, Corner::Typical)
+    }
+}

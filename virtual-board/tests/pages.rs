@@ -1,0 +1,92 @@
+//! The pages with the settings: anything in them at power-up, and a store cut off at each of its
+//! operations.
+
+mod common;
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+
+use common::{everything, product};
+use virtual_board::board::{Board, Fault};
+use virtual_board::corner::Corner;
+use virtual_board::scenario::{Scenario, Step};
+use virtual_board::time;
+
+const MILLISECOND: u64 = time::PER_SECOND / 1000;
+const ESTIMATE: u32 = 0x191;
+
+/// Seeds of garbage.
+const SEEDS: u64 = 40;
+
+/// Of a store's operations every so many is cut by default; all of them with `FOOTFALL_HOUR=1`.
+const STRIDE: u64 = 9;
+
+/// Runs `act` for each number on all cores: what it says, in order.
+fn on_all_cores(numbers: &[u64], act: impl Fn(u64) -> Vec<String> + Sync) -> Vec<String> {
+    let next = AtomicU64::new(0);
+    let all = Mutex::new(Vec::new());
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                while let Some(&number) = numbers.get(next.fetch_add(1, Ordering::Relaxed) as usize)
+                {
+                    let said = act(number);
+                    let said = said.into_iter().map(|said| format!("{number}: {said}"));
+                    all.lock().expect("no thread panicked").extend(said);
+                }
+            });
+        }
+    });
+    let mut all = all.into_inner().expect("no thread panicked");
+    all.sort();
+    all
+}
+
+#[test]
+fn the_board_starts_with_anything_in_its_pages_of_settings() {
+    let Some(elf) = product() else { return };
+    let seeds: Vec<u64> = (1..=SEEDS).collect();
+    let wrong = on_all_cores(&seeds, |seed| {
+        let mut board = Board::from_elf(&elf).expect("it fits");
+        board.inject(Fault::SettingsGarbage(seed));
+        let mut wrong = Vec::new();
+        // Both pages may have to be erased.
+        if let Err(failure) = board.run_for(2_500 * MILLISECOND) {
+            return vec![failure.to_string()];
+        }
+        board.take_can();
+        if let Err(failure) = board.run_for(500 * MILLISECOND) {
+            return vec![failure.to_string()];
+        }
+        let frames = board.take_can();
+        let estimates = frames.iter().filter(|sent| sent.frame.id == ESTIMATE);
+        let estimates = estimates.count();
+        if estimates < 495 {
+            wrong.push(format!("{estimates} estimates in half a second"));
+        }
+        if !board.resets().is_empty() || !board.faults().is_empty() {
+            wrong.push(format!("{:?} {:x?}", board.resets(), board.faults()));
+        }
+        wrong
+    });
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_store_that_erases_may_be_cut_off_at_any_operation() {
+    let Some(elf) = product() else { return };
+    let row = Scenario::named("power-cut-erasing").expect("a row");
+    let operations = row.erasing_operations(&elf).expect("a store erases");
+    let stride = if everything() { 1 } else { STRIDE };
+    let cuts: Vec<u64> = (1..=operations).step_by(stride as usize).collect();
+    println!("{} of {operations} operations", cuts.len());
+    let wrong = on_all_cores(&cuts, |operation| {
+        let cut = Step::Wrong(Fault::CutInFlash(operation));
+        match row.run_steps(&elf, &[cut, Step::StoreStopped], 0, Corner::Typical) {
+            Ok(outcome) => outcome.objections,
+            Err(problem) => vec![problem.to_string()],
+        }
+    });
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}

@@ -1,0 +1,230 @@
+//! A sensor that is half dead, or has had a register changed behind the driver's back: the ELF says
+//! so within its bound, and never calls the foot stable on such data afterwards.
+
+mod common;
+
+use common::product;
+use lsm6dsox::sim::{Axis, Fault as SensorFault, PartOptions, Stimulus};
+use lsm6dsox::{Sensor, register};
+use virtual_board::board::{Board, BoardOptions, Fault};
+use virtual_board::part::can::TimedFrame;
+use virtual_board::time;
+use wire::{Emergency, Fault as Reported};
+
+const MILLISECOND: u64 = time::PER_SECOND / 1000;
+
+/// Function codes of `CANopen`; the node's number is added.
+const EMERGENCY: u32 = 0x080;
+const ESTIMATE: u32 = 0x180;
+
+/// When it goes wrong, ms: the foot stands and says "stable" by then.
+const BEGIN_MS: u64 = 1_500;
+
+/// The estimate of a tick leaves in the next one at the latest.
+const LAG_MS: u64 = 2;
+
+fn of(frames: &[TimedFrame], function: u32) -> impl Iterator<Item = &TimedFrame> {
+    let is = move |id: u32| id & !0x7F == function && id & 0x7F != 0;
+    frames.iter().filter(move |sent| is(sent.frame.id))
+}
+
+/// "Stable" is the probability's top half in the first two bytes of the estimate.
+fn is_stable(sent: &TimedFrame) -> bool {
+    matches!(sent.frame.data[..], [_, high, ..] if high >= 0x80)
+}
+
+fn emergencies(frames: &[TimedFrame]) -> Vec<Emergency> {
+    of(frames, EMERGENCY)
+        .filter_map(|sent| {
+            Some(Emergency::decode(
+                sent.frame.data.get(..8)?.try_into().ok()?,
+            ))
+        })
+        .collect()
+}
+
+fn run(board: &mut Board, ms: u64) {
+    if let Err(failure) = board.run_for(ms * MILLISECOND) {
+        panic!("{failure}");
+    }
+}
+
+/// What was sent after `fault` came while the foot began to move as `moves` says, for `ms`.
+fn after(elf: &[u8], moves: Stimulus, faults: &[SensorFault], ms: u64) -> (Board, Vec<TimedFrame>) {
+    let begin = BEGIN_MS as f64 / 1000.0;
+    let motion = move |t: f64| if t < begin { Stimulus::REST } else { moves };
+    let mut board =
+        Board::with_motion(elf, BoardOptions::default(), motion).expect("it fits the flash");
+    run(&mut board, BEGIN_MS);
+    let before = board.take_can();
+    assert!(of(&before, ESTIMATE).last().is_some_and(is_stable));
+    for fault in faults {
+        board.inject(Fault::Sensor(*fault));
+    }
+    run(&mut board, ms);
+    let frames = board.take_can();
+    (board, frames)
+}
+
+/// A slide at 3 m/s² along x.
+fn slide() -> Stimulus {
+    let [x, y, z] = Stimulus::REST.specific_force;
+    Stimulus {
+        specific_force: [x + 3.0, y, z],
+        ..Stimulus::REST
+    }
+}
+
+/// A turn at 2 rad/s about z.
+fn turn() -> Stimulus {
+    Stimulus {
+        angular_rate: [0.0, 0.0, 2.0],
+        ..Stimulus::REST
+    }
+}
+
+const fn stuck(sensor: Sensor, axis: Axis, code: i16) -> SensorFault {
+    SensorFault::AxisStuck { sensor, axis, code }
+}
+
+#[test]
+fn a_foot_that_moves_with_a_half_dead_sensor_is_not_called_stable_and_the_axes_are_named() {
+    let Some(elf) = product() else { return };
+    // 0.2 rad/s are 164 codes of 70 m°/s.
+    for (name, moves, fault, axes, within_ms) in [
+        (
+            "ax stuck",
+            slide(),
+            stuck(Sensor::Accel, Axis::X, 0),
+            0b1,
+            30,
+        ),
+        (
+            "wz stuck",
+            turn(),
+            stuck(Sensor::Gyro, Axis::Z, 0),
+            0b10_0000,
+            90,
+        ),
+        (
+            "wx stuck at 0.2 rad/s",
+            Stimulus::REST,
+            stuck(Sensor::Gyro, Axis::X, 164),
+            0b1000,
+            90,
+        ),
+        (
+            "accelerometer frozen",
+            slide(),
+            SensorFault::SensorFrozen(Sensor::Accel),
+            0b111,
+            20,
+        ),
+        (
+            "gyroscope frozen",
+            turn(),
+            SensorFault::SensorFrozen(Sensor::Gyro),
+            0b11_1000,
+            40,
+        ),
+    ] {
+        let (board, frames) = after(&elf, moves, &[fault], 1_500);
+        let reported = emergencies(&frames);
+        let first = reported.iter().find(|emergency| emergency.code != 0);
+        let first = first.map(|emergency| (emergency.fault, emergency.detail));
+        assert_eq!(first, Some((Some(Reported::SensorFrozen), axes)), "{name}");
+        let deadline = (BEGIN_MS + within_ms + LAG_MS) * MILLISECOND;
+        let late: Vec<_> = of(&frames, ESTIMATE)
+            .filter(|sent| sent.time > deadline)
+            .collect();
+        let stable = late.iter().filter(|sent| is_stable(sent)).count();
+        assert_eq!(stable, 0, "{name}: of {} estimates", late.len());
+        // It stays reported while it lasts.
+        let gone = reported.iter().any(|emergency| emergency.code == 0);
+        assert!(!gone, "{name}: {reported:?}");
+        assert_eq!(board.resets(), [], "{name}");
+    }
+}
+
+#[test]
+fn a_sensor_that_was_half_dead_is_believed_again() {
+    let Some(elf) = product() else { return };
+    let fault = stuck(Sensor::Gyro, Axis::Y, 0);
+    let (mut board, _) = after(&elf, Stimulus::REST, &[fault], 300);
+    board.inject(Fault::Clear);
+    run(&mut board, 2_500);
+    let frames = board.take_can();
+    assert!(of(&frames, ESTIMATE).last().is_some_and(is_stable));
+    assert!(
+        emergencies(&frames)
+            .iter()
+            .any(|emergency| emergency.code == 0)
+    );
+}
+
+#[test]
+fn a_register_that_changes_behind_the_drivers_back_is_noticed_and_put_right() {
+    let Some(elf) = product() else { return };
+    for (register, bits) in [
+        (register::CTRL5_C, 0b01),
+        (register::CTRL5_C, 0b0100),
+        (register::CTRL7_G, 0x40),
+        (register::CTRL7_G, 0x80),
+        (register::FUNC_CFG_ACCESS, 0x80),
+        (register::FUNC_CFG_ACCESS, 0x40),
+        (register::CTRL3_C, 0x08),
+        (register::PIN_CTRL, 0x40),
+        (register::X_OFS_USR, 0x10),
+    ] {
+        let name = format!("{} ^ {bits:#04x}", register.name);
+        let flip = SensorFault::RegisterFlipped {
+            address: register.address,
+            bits,
+        };
+        let (mut board, frames) = after(&elf, Stimulus::REST, &[flip], 60);
+        let reported = emergencies(&frames);
+        let named = reported
+            .iter()
+            .filter_map(|emergency| emergency.fault)
+            .next();
+        assert!(
+            matches!(
+                named,
+                Some(Reported::SensorConfigMismatch | Reported::SensorWrongId)
+            ),
+            "{name}: {reported:?}"
+        );
+        run(&mut board, 1_500);
+        let frames = board.take_can();
+        assert!(
+            of(&frames, ESTIMATE).last().is_some_and(is_stable),
+            "{name}"
+        );
+        assert_eq!(board.resets(), [], "{name}");
+    }
+}
+
+#[test]
+fn a_bias_that_is_too_large_to_be_learnt_is_reported_with_its_value() {
+    let Some(elf) = product() else { return };
+    for dps in [8.0_f64, 15.0, 30.0] {
+        let options = BoardOptions {
+            sensor: Some(PartOptions {
+                gyro_bias: [0.0, dps.to_radians(), 0.0],
+                ..PartOptions::DEFAULT
+            }),
+            ..BoardOptions::default()
+        };
+        let still = |_: f64| Stimulus::REST;
+        let mut board = Board::with_motion(&elf, options, still).expect("it fits the flash");
+        run(&mut board, 8_000);
+        let frames = board.take_can();
+        let reported = emergencies(&frames);
+        let [emergency] = reported[..] else {
+            panic!("{dps} °/s: {reported:?}");
+        };
+        assert_eq!(emergency.fault, Some(Reported::GyroBias), "{dps} °/s");
+        let read = f64::from(emergency.detail) / 1000.0;
+        assert!((read - dps).abs() < 0.1, "{dps} °/s: {read}");
+    }
+}

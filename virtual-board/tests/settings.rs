@@ -1,0 +1,329 @@
+//! Settings in the flash of the running board: stores that erase, cuts, garbage, worn bits.
+
+mod common;
+
+use common::product;
+use virtual_board::board::{Board, BoardOptions, Fault};
+use virtual_board::chip::ChipOptions;
+use virtual_board::corner::Corner;
+use virtual_board::part::can::Frame;
+use virtual_board::part::rcc::ResetCause;
+use virtual_board::time::PER_SECOND;
+use wire::Emergency;
+use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
+
+const MILLISECOND: u64 = PER_SECOND / 1000;
+
+/// The pages with the settings.
+const PAGES: u32 = 0x0800_8000;
+const PAGES_LENGTH: usize = 0x8000;
+
+const PRE_OPERATIONAL: u8 = 0x80;
+const OPERATIONAL: u8 = 0x01;
+const RESET_COMMUNICATION: u8 = 0x82;
+
+/// An abort, and "only in pre-operational state".
+const ABORT: u8 = 0x80;
+const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
+
+const WRITTEN: u8 = 0x60;
+
+fn board(elf: &[u8]) -> Board {
+    Board::from_elf(elf).expect("it fits")
+}
+
+fn run(board: &mut Board, ms: u64) {
+    if let Err(failure) = board.run_for(ms * MILLISECOND) {
+        panic!("{failure}");
+    }
+}
+
+fn command(board: &mut Board, command: u8) {
+    board.push_can(Frame::new(0x000, &[command, 0x11]));
+    run(board, 5);
+}
+
+/// Sends an SDO request; its answer, where one comes within two seconds, and what else came.
+fn ask(board: &mut Board, request: &[u8; 8]) -> Option<[u8; 8]> {
+    board.take_can();
+    board.push_can(Frame::new(0x611, request));
+    for _ in 0..200 {
+        run(board, 10);
+        let frames = board.take_can();
+        let answer = frames.iter().find(|sent| sent.frame.id == 0x591);
+        if let Some(sent) = answer {
+            return sent.frame.data.as_slice().try_into().ok();
+        }
+    }
+    None
+}
+
+fn write(board: &mut Board, index: u16, subindex: u8, value: [u8; 4]) -> Option<[u8; 8]> {
+    let [i0, i1] = index.to_le_bytes();
+    let [a, b, c, d] = value;
+    ask(board, &[0x23, i0, i1, subindex, a, b, c, d])
+}
+
+fn store(board: &mut Board) -> Option<[u8; 8]> {
+    write(board, index::STORE, 1, SIGNATURE_STORE.to_le_bytes())
+}
+
+/// The scale of the load input, which is of no consequence.
+fn set_scale(board: &mut Board, scale: f32) {
+    let answer = write(board, index::LOAD_INPUT, 2, scale.to_le_bytes());
+    assert_eq!(answer.map(|a| a[0]), Some(WRITTEN));
+}
+
+fn scale(board: &mut Board) -> f32 {
+    let [i0, i1] = index::LOAD_INPUT.to_le_bytes();
+    let answer = ask(board, &[0x40, i0, i1, 2, 0, 0, 0, 0]).expect("an answer");
+    f32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]])
+}
+
+/// Runs for so long: the codes of the emergency messages meanwhile, and how many contacts.
+fn watch(board: &mut Board, ms: u64) -> (Vec<u16>, usize) {
+    board.take_can();
+    run(board, ms);
+    let frames = board.take_can();
+    let codes = frames
+        .iter()
+        .filter(|sent| sent.frame.id == 0x091)
+        .filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
+        .map(|data| Emergency::decode(&data).code)
+        .filter(|code| *code != 0)
+        .collect();
+    let contacts = frames.iter().filter(|sent| sent.frame.id == 0x191);
+    (codes, contacts.count())
+}
+
+fn pages(board: &mut Board) -> Vec<u8> {
+    board.memory(PAGES, PAGES_LENGTH).expect("flash")
+}
+
+/// A board with these settings pages, just powered up.
+fn with_pages(elf: &[u8], bytes: &[u8]) -> Board {
+    in_corner(elf, bytes, Corner::Typical)
+}
+
+fn in_corner(elf: &[u8], bytes: &[u8], corner: Corner) -> Board {
+    let chip = ChipOptions {
+        corner,
+        ..ChipOptions::default()
+    };
+    let options = BoardOptions {
+        chip,
+        ..BoardOptions::default()
+    };
+    let still = |_| lsm6dsox::sim::Stimulus::REST;
+    let mut board = Board::with_motion(elf, options, still).expect("it fits");
+    board.cpu().memory().write(PAGES, bytes);
+    board
+}
+
+/// Pages of which the one in use has no room, and the other one is full; with the scale that is in
+/// them.
+fn full_pages(elf: &[u8]) -> (Vec<u8>, f32) {
+    let mut board = board(elf);
+    run(&mut board, 300);
+    for number in 1..100_u8 {
+        command(&mut board, PRE_OPERATIONAL);
+        let scale = f32::from(number);
+        set_scale(&mut board, scale);
+        command(&mut board, OPERATIONAL);
+        let answer = store(&mut board).expect("an answer");
+        if answer[0] == ABORT {
+            assert_eq!(answer[4..], DEVICE_STATE, "store {number}");
+            assert!(number > 20, "{number} stores");
+            return (pages(&mut board), scale - 1.0);
+        }
+    }
+    panic!("no store had to erase");
+}
+
+#[test]
+fn a_store_that_erases_is_refused_while_data_go_out_answered_otherwise_and_the_foot_goes_on() {
+    let Some(elf) = product() else { return };
+    let (full, last) = full_pages(&elf);
+    for erasing in ["a store", "a restore"] {
+        let mut board = with_pages(&elf, &full);
+        run(&mut board, 1_000);
+        assert!((scale(&mut board) - last).abs() < 1.0e-6);
+        let before = pages(&mut board);
+        assert_eq!(store(&mut board).map(|a| a[0]), Some(ABORT));
+        assert!(
+            pages(&mut board) == before,
+            "the refused store changed something"
+        );
+        command(&mut board, PRE_OPERATIONAL);
+        let answer = match erasing {
+            "a store" => {
+                set_scale(&mut board, 77.0);
+                store(&mut board)
+            }
+            _ => {
+                let signature = SIGNATURE_RESTORE.to_le_bytes();
+                // Fits where a record of settings does not, so often that it must erase.
+                (0..60).for_each(|_| {
+                    write(&mut board, index::RESTORE, 1, signature);
+                });
+                write(&mut board, index::RESTORE, 1, signature)
+            }
+        };
+        assert_eq!(answer.map(|a| a[0]), Some(WRITTEN), "{erasing}");
+        command(&mut board, OPERATIONAL);
+        run(&mut board, 1_100);
+        let (codes, contacts) = watch(&mut board, 1_000);
+        assert_eq!(board.resets(), [], "{erasing}");
+        assert_eq!(codes, Vec::<u16>::new(), "{erasing}");
+        assert!((998..=1002).contains(&contacts), "{contacts}");
+        board.inject(Fault::Reset);
+        run(&mut board, 500);
+        let expected = if erasing == "a store" { 77.0 } else { 1.0 };
+        assert!((scale(&mut board) - expected).abs() < 1.0e-6, "{erasing}");
+    }
+}
+
+#[test]
+fn the_ticks_that_an_erase_has_cost_are_counted_and_the_next_one_comes() {
+    let Some(elf) = product() else { return };
+    let (full, _) = full_pages(&elf);
+    for corner in [Corner::Fast, Corner::Typical, Corner::Slow] {
+        let mut board = in_corner(&elf, &full, corner);
+        run(&mut board, 1_000);
+        command(&mut board, PRE_OPERATIONAL);
+        board.push_can(Frame::new(
+            0x611,
+            &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'],
+        ));
+        let (codes, _) = watch(&mut board, 1_000);
+        let late = wire::Fault::LateTick.code();
+        assert_eq!(codes, [late], "{corner:?}: {codes:x?}");
+        command(&mut board, OPERATIONAL);
+        let (_, contacts) = watch(&mut board, 2_000);
+        assert!(
+            (1_995..=2_005).contains(&contacts),
+            "{corner:?}: {contacts}"
+        );
+        assert_eq!(board.resets(), [], "{corner:?}");
+    }
+}
+
+#[test]
+fn a_store_that_erases_cut_anywhere_leaves_the_old_settings_or_the_new() {
+    let Some(elf) = product() else { return };
+    let (full, last) = full_pages(&elf);
+    let whole = {
+        let mut board = with_pages(&elf, &full);
+        run(&mut board, 300);
+        command(&mut board, PRE_OPERATIONAL);
+        let before = board.cpu().machine().chip.flash.operations;
+        assert!(store(&mut board).is_some());
+        board.cpu().machine().chip.flash.operations - before
+    };
+    println!("{whole} operations of flash");
+    let mut kept = [0; 2];
+    let stride = if common::everything() { 1 } else { 5 };
+    // Each of the first: the erase, the marks, the header.
+    for operation in (1..8).chain((8..=whole).step_by(stride)) {
+        let mut board = with_pages(&elf, &full);
+        run(&mut board, 300);
+        command(&mut board, PRE_OPERATIONAL);
+        set_scale(&mut board, 55.0);
+        board.inject(Fault::CutInFlash(operation));
+        board.push_can(Frame::new(
+            0x611,
+            &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'],
+        ));
+        run(&mut board, 1_000);
+        let causes: Vec<_> = board.resets().iter().map(|(_, cause)| *cause).collect();
+        assert_eq!(causes, [ResetCause::PowerOn], "operation {operation}");
+        let is_new = scale(&mut board) > 54.0;
+        assert!(
+            is_new || (scale(&mut board) - last).abs() < 1.0e-6,
+            "operation {operation}: {}",
+            scale(&mut board)
+        );
+        kept[usize::from(is_new)] += 1;
+    }
+    println!("old, new: {kept:?}");
+    assert!(kept[0] > 0);
+}
+
+#[test]
+fn pages_full_of_anything_are_reported_until_settings_are_stored() {
+    let Some(elf) = product() else { return };
+    for seed in 0..12_u32 {
+        let mut state = seed.wrapping_mul(0x9E37_79B9) | 1;
+        let garbage: Vec<u8> = (0..PAGES_LENGTH)
+            .map(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (state >> 24) as u8
+            })
+            .collect();
+        let bytes = match seed {
+            0 => vec![0; PAGES_LENGTH],
+            _ => garbage,
+        };
+        let mut board = with_pages(&elf, &bytes);
+        let corrupted = wire::Fault::ConfigCorrupted.code();
+        for start in 0..2 {
+            let (codes, contacts) = watch(&mut board, 500);
+            assert!(codes.contains(&corrupted), "seed {seed}, start {start}");
+            assert!(contacts > 300, "seed {seed}: {contacts} contacts");
+            assert!(pages(&mut board) == bytes, "a start writes no flash");
+            board.inject(Fault::Reset);
+        }
+        run(&mut board, 300);
+        command(&mut board, PRE_OPERATIONAL);
+        set_scale(&mut board, 9.0);
+        assert_eq!(
+            store(&mut board).map(|a| a[0]),
+            Some(WRITTEN),
+            "seed {seed}"
+        );
+        board.inject(Fault::Reset);
+        let (codes, _) = watch(&mut board, 500);
+        assert!(!codes.contains(&corrupted), "seed {seed}: {codes:x?}");
+        assert!((scale(&mut board) - 9.0).abs() < 1.0e-6, "seed {seed}");
+    }
+}
+
+#[test]
+fn one_cleared_bit_where_the_record_goes_loses_no_settings() {
+    let Some(elf) = product() else { return };
+    let stored = {
+        let mut board = board(&elf);
+        run(&mut board, 300);
+        command(&mut board, PRE_OPERATIONAL);
+        set_scale(&mut board, 2.0);
+        assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
+        pages(&mut board)
+    };
+    let used = stored.iter().rposition(|byte| *byte != 0xFF);
+    let used = used.expect("something was stored") + 1;
+    for (at, bit) in (used..used + 800).step_by(41).zip((0..8).cycle()) {
+        let mut worn = stored.clone();
+        worn[at] &= !(1 << bit);
+        let mut board = with_pages(&elf, &worn);
+        run(&mut board, 300);
+        command(&mut board, PRE_OPERATIONAL);
+        set_scale(&mut board, 3.0);
+        assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
+        board.inject(Fault::BrownOut);
+        run(&mut board, 500);
+        assert!((scale(&mut board) - 3.0).abs() < 1.0e-6, "byte {at}");
+    }
+}
+
+#[test]
+fn damaged_settings_are_reported_after_a_reset_of_the_communication_too() {
+    let Some(elf) = product() else { return };
+    let mut board = board(&elf);
+    run(&mut board, 300);
+    assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
+    board.inject(Fault::SettingsDamaged);
+    board.push_can(Frame::new(0x000, &[RESET_COMMUNICATION, 0x11]));
+    let (codes, _) = watch(&mut board, 200);
+    assert_eq!(codes, [wire::Fault::ConfigCorrupted.code()]);
+    assert_eq!(board.resets(), []);
+}

@@ -1,0 +1,107 @@
+//! The supply: the brown-out level in the option bytes, and flash that is not written below 2.7 V.
+
+mod common;
+
+use common::product;
+use virtual_board::board::{Board, Fault};
+use virtual_board::part::can::Frame;
+use virtual_board::time::PER_SECOND;
+use wire::Emergency;
+use wire::dictionary::{SIGNATURE_BROWN_OUT, SIGNATURE_STORE, index};
+
+const MILLISECOND: u64 = PER_SECOND / 1000;
+
+const WRITTEN: u8 = 0x60;
+const HARDWARE: [u8; 4] = 0x0606_0000_u32.to_le_bytes();
+const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
+
+fn run(board: &mut Board, ms: u64) {
+    if let Err(failure) = board.run_for(ms * MILLISECOND) {
+        panic!("{failure}");
+    }
+}
+
+/// Sends an SDO request: its answer, and the emergency messages that came before it.
+fn ask(board: &mut Board, request: &[u8; 8]) -> ([u8; 8], Vec<Emergency>) {
+    board.take_can();
+    board.push_can(Frame::new(0x611, request));
+    run(board, 700);
+    let frames = board.take_can();
+    let data = |id: u32| {
+        let of = frames.iter().filter(move |sent| sent.frame.id == id);
+        of.filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
+    };
+    let answer = data(0x591).next().expect("an answer");
+    (
+        answer,
+        data(0x091).map(|data| Emergency::decode(&data)).collect(),
+    )
+}
+
+fn write(index: u16, subindex: u8, value: u32) -> [u8; 8] {
+    let ([i0, i1], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
+    [0x23, i0, i1, subindex, a, b, c, d]
+}
+
+fn level(board: &mut Board) -> u8 {
+    let [i0, i1] = index::SUPPLY.to_le_bytes();
+    ask(board, &[0x40, i0, i1, 1, 0, 0, 0, 0]).0[4]
+}
+
+fn pre_operational(board: &mut Board) {
+    board.push_can(Frame::new(0x000, &[0x80, 0x11]));
+    run(board, 5);
+}
+
+#[test]
+fn the_brown_out_level_is_off_as_delivered_and_set_for_good_on_request() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    run(&mut board, 300);
+    assert_eq!(level(&mut board), 0);
+    let set = write(index::SUPPLY, 2, SIGNATURE_BROWN_OUT);
+    assert_eq!(ask(&mut board, &set).0[4..], DEVICE_STATE);
+    pre_operational(&mut board);
+    for time in 0..2 {
+        let (answer, emergencies) = ask(&mut board, &set);
+        assert_eq!(answer[0], WRITTEN, "time {time}");
+        // It is as long as an erase.
+        let late = |e: &Emergency| e.code == 0 || e.fault == Some(wire::Fault::LateTick);
+        assert!(emergencies.iter().all(late), "{emergencies:?}");
+    }
+    board.inject(Fault::BrownOut);
+    run(&mut board, 300);
+    assert_eq!(level(&mut board), 3);
+    // From now on a dip resets it.
+    let resets = board.resets().len();
+    board.inject(Fault::Supply(2_600));
+    run(&mut board, 300);
+    assert_eq!(board.resets().len(), resets + 1);
+}
+
+#[test]
+fn below_2_7_v_nothing_is_stored_and_the_answer_says_so() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    run(&mut board, 300);
+    pre_operational(&mut board);
+    let blank = board.settings();
+    board.inject(Fault::Supply(2_600));
+    for request in [
+        write(index::STORE, 1, SIGNATURE_STORE),
+        write(index::SUPPLY, 2, SIGNATURE_BROWN_OUT),
+    ] {
+        let (answer, emergencies) = ask(&mut board, &request);
+        assert_eq!((answer[0], &answer[4..]), (0x80, &HARDWARE[..]));
+        let told: Vec<_> = emergencies.iter().map(|e| (e.fault, e.detail)).collect();
+        if request[1..3] == index::STORE.to_le_bytes() {
+            assert_eq!(told, [(Some(wire::Fault::ConfigStore), 1)]);
+        }
+    }
+    assert!(board.settings() == blank);
+    assert_eq!(level(&mut board), 0);
+    board.inject(Fault::Supply(3_300));
+    let (answer, _) = ask(&mut board, &write(index::STORE, 1, SIGNATURE_STORE));
+    assert_eq!(answer[0], WRITTEN);
+    assert!(board.settings() != blank);
+}

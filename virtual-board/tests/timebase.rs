@@ -1,0 +1,84 @@
+//! The timer that is master of the sampling goes on, however long the core was held up.
+
+mod common;
+
+use common::product;
+use virtual_board::board::{Board, Fault};
+use virtual_board::time::PER_SECOND;
+use wire::Emergency;
+
+const MICROSECOND: u64 = PER_SECOND / 1_000_000;
+const MILLISECOND: u64 = PER_SECOND / 1000;
+
+/// Runs for so long: the codes of the emergency messages meanwhile, and how many contacts.
+fn watch(board: &mut Board, ms: u64) -> (Vec<u16>, usize) {
+    board.take_can();
+    if let Err(failure) = board.run_for(ms * MILLISECOND) {
+        panic!("{failure}");
+    }
+    let frames = board.take_can();
+    let codes = frames
+        .iter()
+        .filter(|sent| sent.frame.id == 0x091)
+        .filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
+        .map(|data| Emergency::decode(&data).code)
+        .filter(|code| *code != 0)
+        .collect();
+    let contacts = frames.iter().filter(|sent| sent.frame.id == 0x191);
+    (codes, contacts.count())
+}
+
+/// The core stands still from its next access to a peripheral on.
+fn hold_up(board: &mut Board, duration: u64) {
+    board.cpu().machine().chip.flash.hold_up(duration);
+}
+
+#[test]
+fn whatever_holds_the_core_up_the_next_tick_comes_and_lost_ones_are_reported() {
+    let Some(elf) = product() else { return };
+    let late = wire::Fault::LateTick.code();
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    watch(&mut board, 500);
+    for held_us in [
+        150, 190, 200, 210, 500, 690, 700, 710, 790, 800, 990, 999, 1_000, 1_001, 1_010, 1_200,
+        1_999, 5_300, 250_000, 500_000,
+    ] {
+        for phase_us in [0, 3, 150, 400, 777, 990] {
+            let lost = held_us > 2_000;
+            if lost {
+                // The fault fades a second after the last late tick.
+                watch(&mut board, 1_100);
+            }
+            let next = board.now().next_multiple_of(MILLISECOND) + phase_us * MICROSECOND;
+            board.run_until(next).expect("it runs");
+            hold_up(&mut board, held_us * MICROSECOND);
+            let (codes, _) = watch(&mut board, held_us / 1_000 + 10);
+            let what = format!("{held_us} µs, {phase_us} µs after a tick: {codes:x?}");
+            assert!(!lost || codes.contains(&late), "{what}");
+            assert!(codes.iter().all(|code| *code == late), "{what}");
+            let (codes, contacts) = watch(&mut board, 20);
+            assert!(codes.is_empty(), "{what}, then {codes:x?}");
+            assert!((19..=21).contains(&contacts), "{what}: {contacts}");
+            assert_eq!(board.resets(), [], "{what}");
+        }
+    }
+}
+
+#[test]
+fn a_debuggers_halt_resets_nothing_and_loses_no_tick() {
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    watch(&mut board, 500);
+    for halted_ms in [1, 3, 100, 5_000] {
+        board.inject(Fault::DebuggerHalt(halted_ms));
+        let (codes, _) = watch(&mut board, u64::from(halted_ms) + 200);
+        let late = wire::Fault::LateTick.code();
+        assert!(!codes.contains(&late), "{halted_ms} ms: {codes:x?}");
+        let (_, contacts) = watch(&mut board, 1_000);
+        assert!(
+            (999..=1001).contains(&contacts),
+            "{halted_ms} ms: {contacts}"
+        );
+        assert_eq!(board.resets(), [], "{halted_ms} ms");
+    }
+}
