@@ -108,6 +108,8 @@ pub struct Foot {
     /// What takes frames past their queue.
     sends: Bus,
     storing: Option<Asker>,
+    /// A request for an answer, which waits until the estimate is sent.
+    deferred: Option<Input>,
     /// A request that did not get through yet.
     wanted: Option<Request>,
     ticks: u32,
@@ -147,6 +149,7 @@ impl Foot {
             with_can: !start.crystal_missing,
             sends: |_| false,
             storing: None,
+            deferred: None,
             wanted: None,
             ticks: 0,
             uart_sequence: 0,
@@ -204,7 +207,7 @@ impl Foot {
     ) {
         self.ticks = self.ticks.wrapping_add(1);
         self.introduce(ports);
-        self.take_inputs(ports);
+        let taken = self.take_inputs(ports);
         self.count(tick, measurement, ports);
         self.judge_sensor(measurement, ports);
         let load = self.load(reading, ports);
@@ -221,8 +224,9 @@ impl Foot {
 
         self.send_can(&estimate, ports);
         self.send_uart(&estimate, measurement, tick.time, ports);
-        // Learning has no deadline: it runs after the frames are sent.
+        // Learning and answers have no deadline: they come after the frames are sent.
         self.estimator.finish();
+        self.answer(INPUTS_PER_TICK - taken, ports);
         let mut gone = wire::Faults::NONE;
         self.fading.tick(|fault| gone = gone.with(fault));
         gone.iter().for_each(|fault| self.clear(fault, ports));
@@ -282,18 +286,36 @@ impl Foot {
         }
     }
 
-    fn take_inputs<M: RawMutex>(&mut self, ports: &Ports<M>) {
+    /// Takes what has come in, in its order, up to the first request for an answer. Returns how many
+    /// inputs that were.
+    fn take_inputs<M: RawMutex>(&mut self, ports: &Ports<M>) -> usize {
         if let Some(reloaded) = ports.take_reloaded() {
             self.take_reloaded(reloaded, ports);
         }
         for taken in 0..INPUTS_PER_TICK {
             let Some(input) = ports.take_input() else {
-                break;
+                return taken;
             };
-            if taken == 0 {
-                self.node.set_learnt(self.learnt());
+            if input.wants_answer() {
+                self.deferred = Some(input);
+                return taken;
             }
             self.take_input(&input, ports);
+        }
+        INPUTS_PER_TICK
+    }
+
+    /// Answers the request that was deferred, and takes what came after it: `most` inputs in all.
+    fn answer<M: RawMutex>(&mut self, most: usize, ports: &Ports<M>) {
+        if let Some(input) = self.deferred.take() {
+            self.node.set_learnt(self.learnt());
+            self.take_input(&input, ports);
+            for _ in 1..most {
+                let Some(input) = ports.take_input() else {
+                    break;
+                };
+                self.take_input(&input, ports);
+            }
         }
         if self.wanted.is_some()
             && let Some(request) = self.wanted.take()

@@ -5,6 +5,7 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use estimator_core::Timestamp;
+use wire::foot::cob_id;
 use wire::uart::{self, Payload};
 use wire::{AbortCode, CanFrame, Settings};
 
@@ -12,6 +13,9 @@ use crate::commands::Question;
 use crate::storage::Origin;
 use crate::supervision::Progress;
 use crate::telemetry::{Lane, Outlet};
+
+/// Bits of an identifier that are a node's id.
+const NODE_ID_BITS: u16 = 0x7F;
 
 /// Something for the foot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +41,18 @@ pub enum Input {
     Stored(Result<(), StoreFailed>),
     /// What came of [`Request::ProtectSupply`].
     Protected(Result<(), StoreFailed>),
+}
+
+impl Input {
+    /// Whether somebody waits for an answer to it: what takes longest of all inputs, and least hurry.
+    #[must_use]
+    pub fn wants_answer(&self) -> bool {
+        match self {
+            Self::Can(frame, _) => frame.id() & !NODE_ID_BITS == cob_id::SDO_REQUEST,
+            Self::Uart(question) => !matches!(question, Question::Nmt(_)),
+            _ => false,
+        }
+    }
 }
 
 /// Why the settings, or the brown-out level, could not be written. What was there before still is.

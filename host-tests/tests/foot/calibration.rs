@@ -130,11 +130,9 @@ fn a_walking_foot_settles_within_five_steps() {
 fn what_is_kept_and_stored_is_there_from_the_first_sample_after_power_off() {
     let (part, mut bench) = walked(Settings::default(), 5);
     let before = RefCell::new(Learnt::default());
-    let keep = |bench: &mut Bench| {
-        // The next tick takes the command in before its sample.
-        *before.borrow_mut() = bench.foot.learnt();
-        bench.set(COMMAND, KEEP);
-    };
+    let keep = |bench: &mut Bench| bench.set(COMMAND, KEEP);
+    // The next tick takes the command in after its sample.
+    let note = |bench: &mut Bench| *before.borrow_mut() = bench.foot.learnt();
     let ask_state = |bench: &mut Bench| ask(bench, STATE);
     let doubtless = |bench: &mut Bench| {
         let flags = bench.foot.estimate().flags;
@@ -155,9 +153,10 @@ fn what_is_kept_and_stored_is_there_from_the_first_sample_after_power_off() {
         *flash.borrow_mut() = Some(stored(Flash::blank(), &settings));
         assert!(bench.ports.try_put(Input::Stored(Ok(()))));
     };
-    let script: [Act<'_>; 6] = [
+    let script: [Act<'_>; 7] = [
         (AT_WORK, &ask_state),
         (AT_WORK + 20, &keep),
+        (AT_WORK + 21, &note),
         (AT_WORK + 21, &doubtless),
         (AT_WORK + 22, &doubtless),
         (AT_WORK + 30, &store),
@@ -233,9 +232,10 @@ fn what_is_forgotten_is_learnt_again() {
     };
     let script: [Act<'_>; 5] = [
         (AT_WORK, &forget),
-        (AT_WORK + 1, &forgotten),
-        (AT_WORK + 1, &ask_state),
+        // Answered after the estimate of that tick.
         (AT_WORK + 2, &forgotten),
+        (AT_WORK + 2, &ask_state),
+        (AT_WORK + 3, &forgotten),
         (SETTLED_MS, &ask_state),
     ];
     let answers = scripted(&part, &mut bench, SETTLED_MS + 10, &script);
@@ -309,17 +309,20 @@ fn settings_of_the_estimator_change_nothing_of_what_has_been_learnt() {
     let (part, mut bench) = walked(Settings::default(), 11);
     for (address, value) in changes {
         let before = RefCell::new(Learnt::default());
-        let change = |bench: &mut Bench| {
-            *before.borrow_mut() = bench.foot.learnt();
-            bench.set(address, value);
-        };
+        let change = |bench: &mut Bench| bench.set(address, value);
         let same = |bench: &mut Bench| {
             // A new estimator looks for up first.
             let flags = bench.foot.estimate().flags;
             assert!(flags.contains(Flag::AttitudeNotInitialised), "{address:?}");
             assert_goes_on(bench.foot.learnt(), *before.borrow());
         };
-        let script: [Act<'_>; 2] = [(AT_WORK, &change), (AT_WORK + 1, &same)];
+        // The request is answered after that tick's estimate, and the next one has another estimator.
+        let note = |bench: &mut Bench| *before.borrow_mut() = bench.foot.learnt();
+        let script: [Act<'_>; 3] = [
+            (AT_WORK, &change),
+            (AT_WORK + 1, &note),
+            (AT_WORK + 2, &same),
+        ];
         // Until it stands again.
         let answers = scripted(&part, &mut bench, AT_WORK + 2000, &script);
         assert_eq!(answers, [Answer::Done]);

@@ -111,6 +111,7 @@ fn a_new_window_takes_effect_with_the_next_tick() {
         bench.set(WINDOW, Value::U32(micros));
         bench.still();
         assert_eq!(bench.answers(), [Answer::Done]);
+        bench.still();
         // A new estimator looks for up first.
         assert!(bench.foot.estimate().flags.are_doubt());
         assert_eq!(ticks_to_full_window(&mut bench), samples);

@@ -109,7 +109,8 @@ fn on_the_foot(corrected: bool) -> (Vec<ImuSample>, Vec<ContactEstimate>) {
             {
                 write_over_sdo(bench, *address, *value);
             }
-            if ticks >= last {
+            // The last request is answered after the estimate of its tick.
+            if ticks > last {
                 samples.push(measurement.sample);
                 estimates.push(*bench.foot.estimate());
             }
