@@ -147,8 +147,9 @@ impl UartBatch {
     /// is dropped there, and enough for a contact and a raw sample.
     pub const BYTES: usize = 96;
 
-    /// After so many batches without room for all that waits, one goes without the contact: a line
-    /// that contacts alone fill still answers.
+    /// After so many batches without room for all that waits, one may be as long as the longest frame,
+    /// and where that is not enough either, one goes without the contact: a line that contacts alone
+    /// fill still answers.
     const CROWDED: u8 = 4;
 
     /// An empty one.
@@ -161,7 +162,11 @@ impl UartBatch {
     }
 
     fn fill<M: RawMutex>(&mut self, queue: &UartQueue<M>) -> &[u8] {
-        let without_contact = self.crowded >= Self::CROWDED;
+        let without_contact = self.crowded > Self::CROWDED;
+        let most = match self.crowded == Self::CROWDED {
+            true => uart::MAX_FRAME,
+            false => Self::BYTES,
+        };
         let (mut used, mut with_contact, mut crowded) = (0, false, 0);
         queue.take_all(|lane, frame| {
             let bytes = frame.as_bytes();
@@ -171,7 +176,7 @@ impl UartBatch {
                     return false;
                 }
                 with_contact = true;
-            } else if used > 0 && end > Self::BYTES {
+            } else if used > 0 && end > most {
                 crowded = if with_contact { self.crowded + 1 } else { 0 };
                 return false;
             }
@@ -384,6 +389,21 @@ mod tests {
     }
 
     #[test]
+    fn a_line_that_fits_into_the_longest_batch_goes_with_the_contact() {
+        let (ports, mut batch) = (Small::new(), UartBatch::new());
+        line(&ports, 1_000, 60);
+        let mut rounds = (0..20).map(|round| {
+            assert_eq!(contact(&ports, round), 0, "no contact is dropped");
+            taken(&ports, &mut batch)
+        });
+        let (frames, bytes) = rounds
+            .find(|(frames, _)| frames.contains(&1_000))
+            .expect("it goes");
+        assert_eq!(frames, [u16::from(UartBatch::CROWDED), 1_000]);
+        assert!(bytes > UartBatch::BYTES);
+    }
+
+    #[test]
     fn contacts_that_fill_the_line_do_not_keep_everything_else_waiting() {
         let (ports, mut batch) = (Small::new(), UartBatch::new());
         line(&ports, 1_000, MAX_LOG);
@@ -391,7 +411,7 @@ mod tests {
             contact(&ports, *round);
             taken(&ports, &mut batch).0 != [1_000]
         });
-        assert_eq!(rounds.count(), usize::from(UartBatch::CROWDED));
+        assert_eq!(rounds.count(), usize::from(UartBatch::CROWDED) + 1);
         // Then it is the contact's turn again.
         contact(&ports, 30);
         assert_eq!(taken(&ports, &mut batch).0, [30]);
