@@ -45,10 +45,10 @@ pub const EDGE_LIMIT_US: u64 = 200;
 /// 10 % of the sensor's clock.
 const EDGES: core::ops::RangeInclusive<u16> = 5..=8;
 
-/// How often a sample may repeat, with all six codes, before the sensor counts as frozen. With the noise of the preset
-/// all six codes repeat by chance once in 137 000 samples at rest, three times in a row once in
-/// 80 000 years; with half of that noise it would be three times a year. Four repeats would take
-/// up to 5.0 ms, and the eight that [`FrozenDetector`] waits for, 9.
+/// How often a sample may repeat, with all six codes, before the sensor counts as frozen. With the
+/// noise of the preset all six codes repeat by chance once in 137 000 samples at rest, three times in a
+/// row once in 80 000 years; with half of that noise it would be three times a year, and once a day
+/// where the mean of each axis lies in the middle of a code. Four repeats would take up to 5.0 ms.
 pub const FROZEN_REPEATS: u16 = 3;
 
 /// From here on a repeat is no longer taken for a sample.
