@@ -259,7 +259,7 @@ impl StillnessParams {
         largest_width: 0.975,
         prior: 0.0689,
         memory: 8.0,
-        stance: 0.261,
+        stance: 0.25,
         motion: 1.67,
         relaxation: 2.0,
         slide: SlideParams {
