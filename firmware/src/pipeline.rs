@@ -401,6 +401,8 @@ impl Foot {
             Event::Restore => self.store(asker, Request::Restore(self.erase()), ports),
             Event::ProtectSupply => self.store(asker, Request::ProtectSupply, ports),
             Event::ResetNode => self.wanted = Some(Request::Reset),
+            // A reset of the node does that too, and more.
+            Event::ResetCommunication if self.wanted == Some(Request::Reset) => {}
             Event::ResetCommunication => self.wanted = Some(Request::Reload),
             Event::Calibration(Calibration::Forget) => self.renew(Renewal::Restart),
             // The estimator has it already.
@@ -697,7 +699,12 @@ impl Foot {
     fn log<M: RawMutex>(&mut self, level: u8, text: &str, ports: &Ports<M>) {
         if level <= self.settings().log_level() {
             let line = LogMessage::new(level, text);
-            self.push_uart(Lane::Answer, &line, ports);
+            // What is wrong goes before answers, however many are asked for.
+            let lane = match level {
+                ERROR => Lane::Notice,
+                _ => Lane::Answer,
+            };
+            self.push_uart(lane, &line, ports);
         }
     }
 

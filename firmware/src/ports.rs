@@ -132,7 +132,7 @@ pub enum Request {
     Reset,
 }
 
-/// Frames that go to the serial line in one piece: the contact first, then others, not more than
+/// Frames that go to the serial line in one piece: faults first, the contact, then others, not more than
 /// [`BYTES`](Self::BYTES) together. A contact is never more than a tick old when its turn comes: the
 /// next one takes its place in the queue.
 #[derive(Debug)]
@@ -198,9 +198,9 @@ impl Default for UartBatch {
     }
 }
 
-/// With one contact: the next one makes it worthless, so none is older than a tick when its turn
-/// comes.
-type UartQueue<M> = Outlet<M, uart::Encoded, 0, 1, 8, 8>;
+/// With a few lines about faults, and one contact: the next one makes it worthless, so none is older than
+/// a tick when its turn comes.
+type UartQueue<M> = Outlet<M, uart::Encoded, 4, 1, 8, 8>;
 
 /// The queues between the sampling loop and everything slower.
 #[derive(Debug)]

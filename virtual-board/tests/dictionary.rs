@@ -47,7 +47,7 @@ fn values(entry: &Entry) -> Vec<Vec<u8>> {
     raws.extend(near(entry.default));
     // Of a float: no number, both infinities, the smallest.
     raws.extend([0x7FC0_0000, 0x7F80_0000, 0xFF80_0000, 1]);
-    match entry.limits {
+    match entry.limits() {
         Limits::Any => {}
         Limits::Range(low, high) => raws.extend([low, high].into_iter().flat_map(near)),
         Limits::RangeWithout(ends) => raws.extend(ends.iter().copied().flat_map(near)),
@@ -140,7 +140,7 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
             let taken = !is_abort(&answer);
             assert!(answer[0] == 0x60 || !taken, "{place}: {answer:02x?}");
             let value = Value::from_bytes(entry.data_type(), &data);
-            let allowed = value.is_some_and(|value| entry.limits.check(value).is_ok());
+            let allowed = value.is_some_and(|value| entry.limits().check(value).is_ok());
             let is_writable = matches!(entry.access, Access::Wo | Access::Rw);
             assert!(
                 !taken || allowed && is_writable,

@@ -26,6 +26,9 @@ bind_interrupts!(struct Irqs {
     DMA2_STREAM7 => Sent, dma::InterruptHandler<peripherals::DMA2_CH7>;
 });
 
+/// The stream of DMA2 that receives.
+const RECEIVE: usize = 2;
+
 /// The stream of DMA2 that sends.
 const TRANSMIT: usize = 7;
 
@@ -169,7 +172,31 @@ impl Receiver {
     /// Waits for bytes; `None` where some were lost, to noise, to a wrong rate or because nobody
     /// looked in time.
     pub async fn receive<'a>(&mut self, room: &'a mut [u8]) -> Option<&'a [u8]> {
+        if !pac::USART1.cr3().read().dmar() {
+            begin_again();
+        }
         let count = self.0.read(room).await.ok()?;
         room.get(..count)
     }
+}
+
+/// Prepares reception after an error, at which the HAL stops it, and at the start. Of what came
+/// meanwhile, the HAL would take the overrun for a new error, for ever on a line that is never idle. And
+/// a stream that is enabled again begins at the buffer's start with what was left of its round, so the
+/// HAL would hand out bytes of before as new ones: they become zeros, ends of frames without content.
+fn begin_again() {
+    let stream = DMA2.st(RECEIVE);
+    if stream.cr().read().en() {
+        return;
+    }
+    let bytes = stream.m0ar().read() as *mut u8;
+    for offset in 0..RECEIVE_BUFFER {
+        // SAFETY: the HAL has given the stream its buffer of this length, and it stands. Whoever reads
+        // from it does so volatile, as it is written by the DMA otherwise; here nobody does meanwhile.
+        unsafe { bytes.add(offset).write_volatile(0) };
+    }
+    stream.ndtr().write_value(Ndtr(RECEIVE_BUFFER as u32));
+    // Reading the status and then the data clears errors (RM0090, 30.6.1).
+    let _ = pac::USART1.sr().read();
+    let _ = pac::USART1.dr().read();
 }
