@@ -20,7 +20,7 @@
 //! to [`RestParams::bias_limit`]. More than that is rather a turn, but one that stays the same for
 //! minutes is a bias after all.
 //!
-//! A rate at rest that is not believed for [`REPORTED_AFTER`] seconds is reported, whether it is
+//! A rate at rest that is not believed for five seconds is reported, whether it is
 //! waiting to be believed or greater than that: the gyroscope is beyond its data sheet, or the
 //! ground turns.
 

@@ -16,7 +16,7 @@
 //! | edges too many or too few, where they are counted | three bad ticks within twenty | 3 ticks |
 //! | at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
-//! After [`SLOW_AFTER`] failures to read identity or registers right, the clock of the bus is halved:
+//! After three failures in a row to read identity or registers right, the clock of the bus is halved:
 //! at full speed the slowest data line that the part may have leaves no time to read it.
 //!
 //! From the first bad tick on its sample is flagged, so that the estimate says "not stable" before
