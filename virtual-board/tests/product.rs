@@ -2,27 +2,19 @@
 
 mod common;
 
-use common::{directory, product};
+use common::{MILLISECOND, directory, product, run};
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::chip::ChipOptions;
+use virtual_board::motion;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
 use virtual_board::report::{self, Deed, Run};
 use virtual_board::scenario::Step;
 use virtual_board::traffic::Traffic;
-use virtual_board::{motion, time};
-
-const MILLISECOND: u64 = time::PER_SECOND / 1000;
 
 /// Function codes of `CANopen`; the node's number is added.
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 const HEARTBEAT: u32 = 0x700;
-
-fn run(board: &mut Board, ms: u64) {
-    if let Err(failure) = board.run_for(ms * MILLISECOND) {
-        panic!("{failure}");
-    }
-}
 
 fn of(frames: &[TimedFrame], function: u32) -> Vec<&TimedFrame> {
     frames

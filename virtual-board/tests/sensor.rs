@@ -3,15 +3,12 @@
 
 mod common;
 
-use common::product;
+use common::{MILLISECOND, product, run};
 use lsm6dsox::sim::{Axis, Fault as SensorFault, PartOptions, Stimulus};
 use lsm6dsox::{Sensor, register};
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::part::can::TimedFrame;
-use virtual_board::time;
 use wire::{Emergency, Fault as Reported};
-
-const MILLISECOND: u64 = time::PER_SECOND / 1000;
 
 /// Function codes of `CANopen`; the node's number is added.
 const EMERGENCY: u32 = 0x080;
@@ -41,12 +38,6 @@ fn emergencies(frames: &[TimedFrame]) -> Vec<Emergency> {
             ))
         })
         .collect()
-}
-
-fn run(board: &mut Board, ms: u64) {
-    if let Err(failure) = board.run_for(ms * MILLISECOND) {
-        panic!("{failure}");
-    }
 }
 
 /// What was sent after `fault` came while the foot began to move as `moves` says, for `ms`.

@@ -2,17 +2,13 @@
 
 mod common;
 
-use common::product;
+use common::{product, run, watch};
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::chip::ChipOptions;
 use virtual_board::corner::Corner;
 use virtual_board::part::can::Frame;
 use virtual_board::part::rcc::ResetCause;
-use virtual_board::time::PER_SECOND;
-use wire::Emergency;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
-
-const MILLISECOND: u64 = PER_SECOND / 1000;
 
 /// The pages with the settings.
 const PAGES: u32 = 0x0800_8000;
@@ -30,12 +26,6 @@ const WRITTEN: u8 = 0x60;
 
 fn board(elf: &[u8]) -> Board {
     Board::from_elf(elf).expect("it fits")
-}
-
-fn run(board: &mut Board, ms: u64) {
-    if let Err(failure) = board.run_for(ms * MILLISECOND) {
-        panic!("{failure}");
-    }
 }
 
 fn command(board: &mut Board, command: u8) {
@@ -78,22 +68,6 @@ fn scale(board: &mut Board) -> f32 {
     let [i0, i1] = index::LOAD_INPUT.to_le_bytes();
     let answer = ask(board, &[0x40, i0, i1, 2, 0, 0, 0, 0]).expect("an answer");
     f32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]])
-}
-
-/// Runs for so long: the codes of the emergency messages meanwhile, and how many contacts.
-fn watch(board: &mut Board, ms: u64) -> (Vec<u16>, usize) {
-    board.take_can();
-    run(board, ms);
-    let frames = board.take_can();
-    let codes = frames
-        .iter()
-        .filter(|sent| sent.frame.id == 0x091)
-        .filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
-        .map(|data| Emergency::decode(&data).code)
-        .filter(|code| *code != 0)
-        .collect();
-    let contacts = frames.iter().filter(|sent| sent.frame.id == 0x191);
-    (codes, contacts.count())
 }
 
 fn pages(board: &mut Board) -> Vec<u8> {

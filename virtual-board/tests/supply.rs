@@ -2,24 +2,15 @@
 
 mod common;
 
-use common::product;
+use common::{product, run};
 use virtual_board::board::{Board, Fault};
 use virtual_board::part::can::Frame;
-use virtual_board::time::PER_SECOND;
 use wire::Emergency;
 use wire::dictionary::{SIGNATURE_BROWN_OUT, SIGNATURE_STORE, index};
-
-const MILLISECOND: u64 = PER_SECOND / 1000;
 
 const WRITTEN: u8 = 0x60;
 const HARDWARE: [u8; 4] = 0x0606_0000_u32.to_le_bytes();
 const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
-
-fn run(board: &mut Board, ms: u64) {
-    if let Err(failure) = board.run_for(ms * MILLISECOND) {
-        panic!("{failure}");
-    }
-}
 
 /// Sends an SDO request: its answer, and the emergency messages that came before it.
 fn ask(board: &mut Board, request: &[u8; 8]) -> ([u8; 8], Vec<Emergency>) {

@@ -2,32 +2,11 @@
 
 mod common;
 
-use common::product;
+use common::{MILLISECOND, product, watch};
 use virtual_board::board::{Board, Fault};
 use virtual_board::time::PER_SECOND;
-use wire::Emergency;
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;
-const MILLISECOND: u64 = PER_SECOND / 1000;
-
-/// Runs for so long: the codes of the emergency messages meanwhile, and how many contacts.
-fn watch(board: &mut Board, ms: u64) -> (Vec<u16>, usize) {
-    board.take_can();
-    if let Err(failure) = board.run_for(ms * MILLISECOND) {
-        panic!("{failure}");
-    }
-    let frames = board.take_can();
-    let codes = frames
-        .iter()
-        .filter(|sent| sent.frame.id == 0x091)
-        .filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
-        .map(|data| Emergency::decode(&data).code)
-        .filter(|code| *code != 0)
-        .collect();
-    let contacts = frames.iter().filter(|sent| sent.frame.id == 0x191);
-    (codes, contacts.count())
-}
-
 /// The core stands still from its next access to a peripheral on.
 fn hold_up(board: &mut Board, duration: u64) {
     board.cpu().machine().chip.flash.hold_up(duration);

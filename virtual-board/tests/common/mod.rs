@@ -9,10 +9,16 @@ use std::sync::Mutex;
 
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
+use virtual_board::board::Board;
 use virtual_board::chip::Chip;
 use virtual_board::core::cpu::Cpu;
 use virtual_board::elf::Image;
 use virtual_board::machine::Machine;
+use virtual_board::time::PER_SECOND;
+use wire::Emergency;
+
+/// Of the board's time.
+pub const MILLISECOND: u64 = PER_SECOND / 1000;
 
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -81,4 +87,27 @@ pub fn product() -> Option<Vec<u8>> {
         }
     };
     Some(std::fs::read(path).expect("the ELF was built"))
+}
+
+/// Runs the board for `ms`.
+pub fn run(board: &mut Board, ms: u64) {
+    if let Err(failure) = board.run_for(ms * MILLISECOND) {
+        panic!("{failure}");
+    }
+}
+
+/// Runs the board for `ms`: the codes of the emergency messages meanwhile, and how many contacts.
+pub fn watch(board: &mut Board, ms: u64) -> (Vec<u16>, usize) {
+    board.take_can();
+    run(board, ms);
+    let frames = board.take_can();
+    let codes = frames
+        .iter()
+        .filter(|sent| sent.frame.id == 0x091)
+        .filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
+        .map(|data| Emergency::decode(&data).code)
+        .filter(|code| *code != 0)
+        .collect();
+    let contacts = frames.iter().filter(|sent| sent.frame.id == 0x191);
+    (codes, contacts.count())
 }
