@@ -21,7 +21,8 @@ use super::COMMUNICATION_PRIORITY;
 
 bind_interrupts!(struct Irqs {
     USART1 => usart::InterruptHandler<peripherals::USART1>;
-    DMA2_STREAM2 => dma::InterruptHandler<peripherals::DMA2_CH2>;
+    // The first takes the errors, at which the HAL panics.
+    DMA2_STREAM2 => NotReceived, dma::InterruptHandler<peripherals::DMA2_CH2>;
     // The first leaves nothing to do for the second, which the HAL wants.
     DMA2_STREAM7 => Sent, dma::InterruptHandler<peripherals::DMA2_CH7>;
 });
@@ -32,7 +33,9 @@ const RECEIVE: usize = 2;
 /// The stream of DMA2 that sends.
 const TRANSMIT: usize = 7;
 
-/// All that it has to tell (RM0090, 10.5.4): its events are at bit 22 of the upper register.
+/// All events of a stream (RM0090, 10.5.3): those of the receiving one begin at bit 16 of the lower
+/// register, those of the sending one at bit 22 of the upper.
+const RECEIVE_EVENTS: u32 = 0b11_1101 << 16;
 const EVENTS: u32 = 0b11_1101 << 22;
 
 /// Its setting (RM0090, 10.5.5): channel 4, one byte after the other from memory to the peripheral,
@@ -49,6 +52,23 @@ impl typelevel::Handler<typelevel::DMA2_STREAM7> for Sent {
     unsafe fn on_interrupt() {
         DMA2.ifcr(TRANSMIT / 4).write_value(Ixr(EVENTS));
         DONE.wake();
+    }
+}
+
+/// The DMA met an error on the bus and has stopped. The HAL learns it as the end of a round: a stream
+/// that is switched off before its end says that it is done (RM0090, 10.3.14).
+struct NotReceived;
+
+impl typelevel::Handler<typelevel::DMA2_STREAM2> for NotReceived {
+    unsafe fn on_interrupt() {
+        if !DMA2.isr(RECEIVE / 4).read().teif(RECEIVE % 4) {
+            return;
+        }
+        DMA2.ifcr(RECEIVE / 4).write_value(Ixr(RECEIVE_EVENTS));
+        prepare();
+        let control = DMA2.st(RECEIVE).cr();
+        control.modify(|w| w.set_en(true));
+        control.modify(|w| w.set_en(false));
     }
 }
 
@@ -71,7 +91,17 @@ pub struct Sender(UartTx<'static, Async>);
 pub struct NotSent;
 
 /// The receiving half.
-pub struct Receiver(RingBufferedUartRx<'static>);
+pub struct Receiver {
+    ring: RingBufferedUartRx<'static>,
+    state: Reception,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Reception {
+    Running,
+    /// Not started yet, or stopped by an error that is reported.
+    Stopped,
+}
 
 impl Parts {
     /// Starts the line at `rate` baud.
@@ -104,7 +134,10 @@ impl Parts {
         let (sender, receiver) = uart.split();
         Ok((
             Sender(sender),
-            Receiver(receiver.into_ring_buffered(BUFFER.take())),
+            Receiver {
+                ring: receiver.into_ring_buffered(BUFFER.take()),
+                state: Reception::Stopped,
+            },
         ))
     }
 }
@@ -169,30 +202,46 @@ impl Drop for Stop {
 }
 
 impl Receiver {
-    /// Waits for bytes; `None` where some were lost, to noise, to a wrong rate or because nobody
-    /// looked in time.
+    /// Waits for bytes; `None` where some were lost: to noise, a wrong rate, an error of the DMA, or
+    /// because they were read too late. The next call, some time later, starts reception again.
     pub async fn receive<'a>(&mut self, room: &'a mut [u8]) -> Option<&'a [u8]> {
-        if !pac::USART1.cr3().read().dmar() {
-            begin_again();
+        if !is_receiving() {
+            // The HAL may have stopped it between two calls.
+            if self.state == Reception::Running {
+                self.state = Reception::Stopped;
+                return None;
+            }
+            prepare();
+            self.ring.start_uart();
+            self.state = Reception::Running;
         }
-        let count = self.0.read(room).await.ok()?;
+        let Ok(count) = self.ring.read(room).await else {
+            self.state = Reception::Stopped;
+            return None;
+        };
         room.get(..count)
     }
 }
 
-/// Prepares reception after an error, at which the HAL stops it, and at the start. Of what came
-/// meanwhile, the HAL would take the overrun for a new error, for ever on a line that is never idle. And
-/// a stream that is enabled again begins at the buffer's start with what was left of its round, so the
-/// HAL would hand out bytes of before as new ones: they become zeros, ends of frames without content.
-fn begin_again() {
+/// Whether bytes that come are put into the buffer: the HAL stops that at an error of the line, the DMA
+/// at one of the bus.
+fn is_receiving() -> bool {
+    pac::USART1.cr3().read().dmar() && DMA2.st(RECEIVE).cr().read().en()
+}
+
+/// Prepares reception after an error and at the start. Of what came meanwhile, the HAL would take the
+/// overrun for a new error, without end on a line that is never idle. And a stream that is enabled again
+/// begins at the buffer's start with what was left of its round, so the HAL would hand out old bytes as
+/// new ones: they become zeros, ends of frames without content.
+fn prepare() {
     let stream = DMA2.st(RECEIVE);
     if stream.cr().read().en() {
         return;
     }
     let bytes = stream.m0ar().read() as *mut u8;
     for offset in 0..RECEIVE_BUFFER {
-        // SAFETY: the HAL has given the stream its buffer of this length, and it stands. Whoever reads
-        // from it does so volatile, as it is written by the DMA otherwise; here nobody does meanwhile.
+        // SAFETY: the HAL has given the stream its buffer of this length, and it stands. The HAL
+        // reads from it volatile, as the DMA writes to it, and not meanwhile: all of it runs at one priority.
         unsafe { bytes.add(offset).write_volatile(0) };
     }
     stream.ndtr().write_value(Ndtr(RECEIVE_BUFFER as u32));

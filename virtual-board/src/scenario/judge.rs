@@ -30,8 +30,14 @@ pub fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
         !outcome.has_told(scenario.tells),
         format!("{:?} was not told", scenario.tells),
     );
+    let was_silent = outcome
+        .silent_us
+        .iter()
+        .all(|&silent| silent >= outcome.invalid_us);
     object(
-        scenario.invalid != Invalid::Never && outcome.checked == 0,
+        scenario.invalid != Invalid::Never
+            && outcome.checked == 0
+            && !(scenario.may_be_silent && was_silent),
         "no frame was looked at".into(),
     );
     object(

@@ -126,6 +126,8 @@ pub struct Scenario {
     pub tells: Tells,
     /// Whether there is to be CAN again afterwards.
     pub with_can: bool,
+    /// Whether both lines may be silent for as long as data are invalid.
+    pub may_be_silent: bool,
     /// What the board is to be reset by.
     pub resets: &'static [ResetCause],
     /// Whether it may also be reset by something else, or not at all.

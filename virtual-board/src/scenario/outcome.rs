@@ -32,6 +32,8 @@ pub struct Outcome {
     /// Frames about the contact while the data were invalid, but for the time in which that
     /// cannot be seen.
     pub checked: u64,
+    /// The longest time for which data were invalid, from when that can be seen, µs.
+    pub invalid_us: f64,
     /// Those of them that said "stable".
     pub stable_while_invalid: u64,
     /// The latest frame that said "stable": by how much it was later than usual.
@@ -100,6 +102,7 @@ impl Outcome {
             watched_us: since(now),
             steady_clock: is_steady(claims()),
             had_no_data: !invalid.spans.is_empty(),
+            invalid_us: invalid.longest_us(),
             last_sample_us: claims()
                 .rev()
                 .find_map(|claim| claim.sample_us)
@@ -269,6 +272,7 @@ impl Outcome {
         self.last_sample_us = self.last_sample_us.max(other.last_sample_us);
         self.late_us = self.late_us.max(other.late_us);
         self.checked += other.checked;
+        self.invalid_us = self.invalid_us.max(other.invalid_us);
         self.stable_while_invalid += other.stable_while_invalid;
         self.boot_up |= other.boot_up;
         self.well &= other.well;
@@ -340,6 +344,11 @@ impl Invalidity {
     fn covers(&self, time: u64) -> bool {
         let within = |&(from, to): &(u64, u64)| (from..to).contains(&time);
         self.spans.iter().any(within)
+    }
+
+    fn longest_us(&self) -> f64 {
+        let lengths = self.spans.iter().map(|(from, to)| to.saturating_sub(*from));
+        to_us(lengths.max().unwrap_or(0))
     }
 
     const fn is_before_the_end(&self, time: u64) -> bool {

@@ -6,6 +6,9 @@ use crate::corner::Corner;
 /// From the first to the second, µs.
 pub const DELAYS_US: [u32; 2] = [0, 12_000];
 
+/// A frame about the contact, 39 bytes of 10 bits at 1 Mbit/s, at a tenth of that rate, µs.
+const STRETCHED_FRAME_US: u64 = 3_900;
+
 /// Two faults, the second so many µs after the first.
 #[derive(Clone, Copy)]
 pub struct Pair {
@@ -67,15 +70,15 @@ impl Pair {
         }
     }
 
-    /// By how much later it may be noticed where a debugger halts the core meanwhile, or where what
-    /// was on the bus leaves with a slower clock, µs.
+    /// By how much later it may be noticed where a debugger halts the core meanwhile, or where a
+    /// serial frame that had begun leaves at a tenth of its rate, with the clock that is left, µs.
     const fn standstill_us(&self) -> u64 {
         if self.first.clock_stops || self.second.clock_stops {
             55_000
         } else if self.first.with_can && self.second.with_can {
             0
         } else {
-            2_000
+            STRETCHED_FRAME_US
         }
     }
 
@@ -101,6 +104,7 @@ impl Pair {
             clock_stops: first.clock_stops || second.clock_stops,
             clock_beyond_us: 0,
             keeps_new: false,
+            may_be_silent: true,
             ..*first
         }
     }

@@ -5,7 +5,7 @@ use wire::dictionary::index;
 use wire::node::Command;
 use wire::{Address, Counter, Fault as Told, Value};
 
-use super::{LASTING, ONE_TICK_US, PLAIN, SERIAL_STREAM};
+use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, ONE_TICK_US, PLAIN, RECEIVE_STREAM, SERIAL_STREAM};
 use crate::board::Fault;
 use crate::part::can::BusFault;
 use crate::part::usart::LineFault;
@@ -62,6 +62,23 @@ pub(super) const ROWS: &[Scenario] = &[
         steps: |_| vec![Step::Wrong(Fault::DmaError(SERIAL_STREAM))],
         lasts_ms: LASTING,
         tells: Tells::Counter(Counter::UartDropped),
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-receive-dma-error",
+        what: "serial line: the DMA meets an error in the second half of its buffer, while garbage comes",
+        // The first error comes with byte 257, of some the last one.
+        steps: |variant| {
+            vec![
+                Step::Wrong(Fault::DmaError(RECEIVE_STREAM)),
+                Step::Garbage(257 + 450 * variant as u32),
+            ]
+        },
+        variants: (0, 4, 1),
+        lasts_ms: LASTING,
+        kept: Some((LOAD_SCALE, [Value::F32(1.0), OLD_AND_NEW[0]])),
+        tells: Tells::Counter(Counter::UartOverruns),
+        note: "settings are answered again afterwards",
         ..PLAIN
     },
     Scenario {

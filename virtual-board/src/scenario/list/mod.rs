@@ -20,8 +20,9 @@ const TIMER: u16 = 28;
 /// The interrupt of the DMA that feeds the serial line.
 const SERIAL_DMA: u16 = 70;
 
-/// The streams of DMA2 that fetch from the sensor's bus and feed the serial line.
+/// The streams of DMA2 that fetch from the sensor's bus, and from and to the serial line.
 const SENSOR_STREAM: usize = 0;
+const RECEIVE_STREAM: usize = 2;
 const SERIAL_STREAM: usize = 7;
 
 /// A source of load that is plugged in, as read.
@@ -52,6 +53,7 @@ const PLAIN: Scenario = Scenario {
     phases: 1,
     tells: Tells::Nothing,
     with_can: true,
+    may_be_silent: false,
     resets: &[],
     any_reset: false,
     keeps_time: false,
