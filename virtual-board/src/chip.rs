@@ -80,6 +80,8 @@ impl Default for ChipOptions {
 pub struct Transaction {
     /// When the chip select fell, in units of [`time`].
     pub start: u64,
+    /// When the last byte was through.
+    pub end: u64,
     /// When the sensor's pin had last risen before.
     pub edge: Option<u64>,
     /// To the sensor.
@@ -395,6 +397,7 @@ impl Chip {
         }
         let answer = sensor.exchange(out);
         if let Some(transaction) = self.transactions.as_mut().and_then(|all| all.last_mut()) {
+            transaction.end = now;
             transaction.out.push(out);
             transaction.back.push(answer);
         }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::product;
+use common::{boot_product, product};
 use estimator_core::Decision;
 use lsm6dsox::sim::Fault as Sensor;
 use virtual_board::board::{Board, Fault};
@@ -36,7 +36,7 @@ struct Rig {
 
 impl Rig {
     fn new(elf: &[u8]) -> Self {
-        Self::of(Board::from_elf(elf).expect("it fits"))
+        Self::of(boot_product(elf))
     }
 
     fn of(board: Board) -> Self {

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::product;
+use common::{boot_product, product};
 use virtual_board::board::Board;
 use virtual_board::part::can::Frame;
 use virtual_board::time;
@@ -168,7 +168,7 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
 #[test]
 fn every_boundary_value_of_every_entry_is_answered_in_every_state_and_the_board_goes_on() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     board.run_for(1_000 * MILLISECOND).expect("it runs");
     let operational = walk(&mut board, false);
     command(&mut board, PRE_OPERATIONAL);

@@ -3,10 +3,10 @@
 
 mod common;
 
-use common::product;
+use common::{boot_product, product};
 use estimator_core::Decision;
 use lsm6dsox::sim::Fault as Sensor;
-use virtual_board::board::{Board, Fault};
+use virtual_board::board::Fault;
 use virtual_board::part::usart::TimedByte;
 use virtual_board::scenario::Step;
 use virtual_board::time::{PER_SECOND, to_us};
@@ -41,7 +41,7 @@ fn says_stable(message: &Message) -> bool {
 /// The last "stable" on the serial line after the sensor has failed, µs, with `answers` to
 /// questions that were asked 12 ms before, and how many contacts came in the meantime.
 fn last_stable_us(elf: &[u8], phase_us: u64) -> (f64, usize) {
-    let mut board = Board::from_elf(elf).expect("it fits");
+    let mut board = boot_product(elf);
     let phase = phase_us * MILLISECOND / 1000;
     board.run_for(1_000 * MILLISECOND + phase).expect("it runs");
     board.take_uart();
@@ -78,7 +78,7 @@ fn a_flood_of_commands_makes_no_contact_on_the_serial_line_late() {
 fn at_a_slow_rate_every_contact_is_fresh_and_requests_are_still_answered() {
     const RATE: u32 = 115_200;
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
     let store = Value::U32(wire::dictionary::SIGNATURE_STORE);
     for message in [
@@ -127,7 +127,7 @@ fn set(address: Address, value: Value) -> Message {
 #[test]
 fn a_load_cannot_be_believed_for_ever() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
     let timer = Address::new(index::RPDO, 5);
     let mut write = |value| {

@@ -2,8 +2,7 @@
 
 mod common;
 
-use common::product;
-use virtual_board::board::Board;
+use common::{boot_product, product};
 use virtual_board::part::can::Frame;
 use virtual_board::time::PER_SECOND;
 use wire::{Emergency, Fault};
@@ -13,7 +12,7 @@ const MILLISECOND: u64 = PER_SECOND / 1000;
 /// Sends so many SYNCs one after the other, so long after a tick: how many of them were lost, and
 /// whether that was told.
 fn flood(elf: &[u8], syncs: usize, after_tick: u64) -> (u64, bool) {
-    let mut board = Board::from_elf(elf).expect("it fits");
+    let mut board = boot_product(elf);
     board
         .run_for(500 * MILLISECOND + after_tick)
         .expect("it runs");

@@ -7,8 +7,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
-use common::{everything, product};
-use virtual_board::board::{Board, Fault};
+use common::{boot_product, everything, product};
+use virtual_board::board::Fault;
 use virtual_board::corner::Corner;
 use virtual_board::scenario::{Scenario, Step};
 use virtual_board::time;
@@ -48,7 +48,7 @@ fn the_board_starts_with_anything_in_its_pages_of_settings() {
     let Some(elf) = product() else { return };
     let seeds: Vec<u64> = (1..=SEEDS).collect();
     let wrong = on_all_cores(&seeds, |seed| {
-        let mut board = Board::from_elf(&elf).expect("it fits");
+        let mut board = boot_product(&elf);
         board.inject(Fault::SettingsGarbage(seed));
         let mut wrong = Vec::new();
         // Both pages may have to be erased.

@@ -2,9 +2,8 @@
 
 mod common;
 
-use common::{MILLISECOND, directory, product, run};
+use common::{MILLISECOND, boot_product, directory, options, product, run};
 use virtual_board::board::{Board, BoardOptions, Fault};
-use virtual_board::chip::ChipOptions;
 use virtual_board::motion;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
 use virtual_board::report::{self, Deed, Run};
@@ -31,7 +30,7 @@ fn stable(frame: &Frame) -> bool {
 #[test]
 fn it_sends_an_estimate_every_millisecond_and_calls_a_still_foot_stable() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits the flash");
+    let mut board = boot_product(&elf);
     run(&mut board, 2_000);
     assert_eq!(board.resets(), []);
     assert_eq!(board.faults(), []);
@@ -68,7 +67,7 @@ fn it_sends_an_estimate_every_millisecond_and_calls_a_still_foot_stable() {
 fn two_runs_give_identical_bytes_at_identical_times() {
     let Some(elf) = product() else { return };
     let outcome = || {
-        let mut board = Board::from_elf(&elf).expect("it fits the flash");
+        let mut board = boot_product(&elf);
         run(&mut board, 500);
         board.push_uart(b"garbage \x00\x01\x02");
         board.push_can(Frame::new(0x000, &[0x80, 0x00]));
@@ -86,7 +85,7 @@ fn two_runs_give_identical_bytes_at_identical_times() {
 #[test]
 fn it_comes_back_from_bus_off() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits the flash");
+    let mut board = boot_product(&elf);
     run(&mut board, 1_500);
     board.inject(Fault::Bus(BusFault::Shorted));
     run(&mut board, 200);
@@ -108,7 +107,7 @@ fn it_comes_back_from_bus_off() {
 fn it_goes_on_without_anybody_who_acknowledges_and_under_a_full_bus() {
     let Some(elf) = product() else { return };
     for fault in [BusFault::NoAcknowledge, BusFault::Saturated] {
-        let mut board = Board::from_elf(&elf).expect("it fits the flash");
+        let mut board = boot_product(&elf);
         run(&mut board, 1_000);
         board.inject(Fault::Bus(fault));
         run(&mut board, 500);
@@ -128,13 +127,8 @@ fn it_goes_on_without_anybody_who_acknowledges_and_under_a_full_bus() {
 #[test]
 fn it_measures_without_its_crystal_and_stays_off_the_bus() {
     let Some(elf) = product() else { return };
-    let options = BoardOptions {
-        chip: ChipOptions {
-            crystal: None,
-            ..ChipOptions::default()
-        },
-        ..BoardOptions::default()
-    };
+    let mut options = options();
+    options.chip.crystal = None;
     let still = |_| lsm6dsox::sim::Stimulus::REST;
     let mut board = Board::with_motion(&elf, options, still).expect("it fits the flash");
     run(&mut board, 1_500);
@@ -205,7 +199,7 @@ fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
 #[test]
 fn garbage_and_a_flood_of_commands_leave_a_board_that_goes_on() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits the flash");
+    let mut board = boot_product(&elf);
     run(&mut board, 1_000);
     board.take_can();
     let garbage: Vec<u8> = (0..20_000_u32)

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::product;
+use common::{boot_product, product};
 use virtual_board::board::Board;
 use virtual_board::part::usart::TimedByte;
 use virtual_board::time::PER_SECOND;
@@ -37,7 +37,7 @@ fn micros_a_byte(bytes: &[TimedByte]) -> f64 {
 #[test]
 fn a_stored_rate_of_the_serial_line_counts_from_the_next_reset_of_the_communication() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
     let nmt = |command| Message::Nmt(NmtRequest(command));
     ask(&mut board, &nmt(Command::EnterPreOperational));

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::product;
+use common::{boot_product, product};
 use virtual_board::board::{Board, Fault};
 use virtual_board::part::can::{BusFault, Frame};
 use virtual_board::part::usart::TimedByte;
@@ -49,7 +49,7 @@ fn lines(bytes: &[TimedByte]) -> Vec<String> {
 #[test]
 fn no_register_holds_a_value_that_the_manual_forbids() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
     let now = board.now();
     let mut machine = board.cpu().machine();
@@ -63,7 +63,7 @@ fn no_register_holds_a_value_that_the_manual_forbids() {
 #[test]
 fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     board.inject(Fault::Bus(BusFault::Shorted));
     board.run_for(500 * MILLISECOND).expect("it runs");
     let told = lines(&board.take_uart());
@@ -87,7 +87,7 @@ fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
 #[test]
 fn a_probe_that_is_pulled_does_not_stop_the_foot() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
     let block = board.image().symbol("_SEGGER_RTT").expect("the log");
     let name = board.memory(block, 10);
@@ -115,7 +115,7 @@ fn a_probe_that_is_pulled_does_not_stop_the_foot() {
 #[test]
 fn a_frame_whose_length_says_more_than_eight_bytes_has_eight_and_stops_nothing() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
     board.take_can();
     for length in 9..=15 {

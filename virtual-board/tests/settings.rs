@@ -2,9 +2,8 @@
 
 mod common;
 
-use common::{product, run, watch};
-use virtual_board::board::{Board, BoardOptions, Fault};
-use virtual_board::chip::ChipOptions;
+use common::{boot_product, options, product, run, watch};
+use virtual_board::board::{Board, Fault};
 use virtual_board::corner::Corner;
 use virtual_board::part::can::Frame;
 use virtual_board::part::rcc::ResetCause;
@@ -25,7 +24,7 @@ const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
 const WRITTEN: u8 = 0x60;
 
 fn board(elf: &[u8]) -> Board {
-    Board::from_elf(elf).expect("it fits")
+    boot_product(elf)
 }
 
 fn command(board: &mut Board, command: u8) {
@@ -80,14 +79,8 @@ fn with_pages(elf: &[u8], bytes: &[u8]) -> Board {
 }
 
 fn in_corner(elf: &[u8], bytes: &[u8], corner: Corner) -> Board {
-    let chip = ChipOptions {
-        corner,
-        ..ChipOptions::default()
-    };
-    let options = BoardOptions {
-        chip,
-        ..BoardOptions::default()
-    };
+    let mut options = options();
+    options.set_corner(corner);
     let still = |_| lsm6dsox::sim::Stimulus::REST;
     let mut board = Board::with_motion(elf, options, still).expect("it fits");
     board.cpu().memory().write(PAGES, bytes);

@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::product;
-use virtual_board::board::{Board, Fault};
+use common::{boot_product, product};
+use virtual_board::board::Fault;
 use virtual_board::part::rcc::ResetCause;
 use virtual_board::time::PER_SECOND;
 
@@ -15,7 +15,7 @@ fn a_hang_at_any_moment_of_the_start_is_ended_by_the_watchdog() {
     for hang_us in [
         400, 1_000, 2_000, 3_000, 5_000, 8_000, 11_000, 13_000, 40_000,
     ] {
-        let mut board = Board::from_elf(&elf).expect("it fits");
+        let mut board = boot_product(&elf);
         board.run_for(hang_us * MICROSECOND).expect("it runs");
         board.inject(Fault::Hang);
         board.run_for(3 * PER_SECOND).expect("it runs");

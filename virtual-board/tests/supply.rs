@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{product, run};
+use common::{boot_product, product, run};
 use virtual_board::board::{Board, Fault};
 use virtual_board::part::can::Frame;
 use wire::Emergency;
@@ -47,7 +47,7 @@ fn pre_operational(board: &mut Board) {
 #[test]
 fn the_brown_out_level_is_off_as_delivered_and_set_for_good_on_request() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     run(&mut board, 300);
     assert_eq!(level(&mut board), 0);
     let set = write(index::SUPPLY, 2, SIGNATURE_BROWN_OUT);
@@ -73,7 +73,7 @@ fn the_brown_out_level_is_off_as_delivered_and_set_for_good_on_request() {
 #[test]
 fn below_2_7_v_nothing_is_stored_and_the_answer_says_so() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     run(&mut board, 300);
     pre_operational(&mut board);
     let blank = board.settings();

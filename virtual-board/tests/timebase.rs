@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{MILLISECOND, product, watch};
+use common::{MILLISECOND, boot_product, product, watch};
 use virtual_board::board::{Board, Fault};
 use virtual_board::time::PER_SECOND;
 
@@ -16,7 +16,7 @@ fn hold_up(board: &mut Board, duration: u64) {
 fn whatever_holds_the_core_up_the_next_tick_comes_and_lost_ones_are_reported() {
     let Some(elf) = product() else { return };
     let late = wire::Fault::LateTick.code();
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     watch(&mut board, 500);
     for held_us in [
         150, 190, 200, 210, 500, 690, 700, 710, 790, 800, 990, 999, 1_000, 1_001, 1_010, 1_200,
@@ -46,7 +46,7 @@ fn whatever_holds_the_core_up_the_next_tick_comes_and_lost_ones_are_reported() {
 #[test]
 fn a_debuggers_halt_resets_nothing_and_loses_no_tick() {
     let Some(elf) = product() else { return };
-    let mut board = Board::from_elf(&elf).expect("it fits");
+    let mut board = boot_product(&elf);
     watch(&mut board, 500);
     for halted_ms in [1, 3, 100, 5_000] {
         board.inject(Fault::DebuggerHalt(halted_ms));

@@ -9,7 +9,8 @@ use std::sync::Mutex;
 
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
-use virtual_board::board::Board;
+use lsm6dsox::sim::Stimulus;
+use virtual_board::board::{Board, BoardOptions};
 use virtual_board::chip::Chip;
 use virtual_board::core::cpu::Cpu;
 use virtual_board::elf::Image;
@@ -87,6 +88,20 @@ pub fn product() -> Option<Vec<u8>> {
         }
     };
     Some(std::fs::read(path).expect("the ELF was built"))
+}
+
+/// The specimen that `FOOTFALL_CORNER` names, or a typical one.
+pub fn options() -> BoardOptions {
+    let name = std::env::var("FOOTFALL_CORNER").unwrap_or_else(|_| "typical".into());
+    let mut options = BoardOptions::default();
+    options.set_corner(name.parse().unwrap_or_else(|problem| panic!("{problem}")));
+    options
+}
+
+/// A board that stands, with the product in its flash.
+pub fn boot_product(elf: &[u8]) -> Board {
+    let at_rest = |_| Stimulus::REST;
+    Board::with_motion(elf, options(), at_rest).expect("it fits the flash")
 }
 
 /// Runs the board for `ms`.
