@@ -34,9 +34,8 @@ use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 use wire::dictionary::{self, Place, SETTINGS, index};
-use wire::{Address, Settings, Value};
+use wire::{AbortCode, Address, Settings, Value};
 
-use crate::ports::{Erase, StoreFailed};
 use pages::{Item, KEY, Pages};
 
 /// The version of the record.
@@ -68,6 +67,39 @@ pub enum Origin {
     /// What was stored cannot be read, or not all of it: older settings or defaults stand for the
     /// rest.
     Corrupted,
+}
+
+/// Whether a page of flash may be erased. Meanwhile, for half a second at most, the foot does
+/// nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Erase {
+    /// It may.
+    Allowed,
+    /// It may not: the foot is streaming.
+    Refused,
+}
+
+/// Why the settings, or the brown-out level, could not be written. The previous ones are still there.
+/// The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreFailed {
+    /// The flash refused, or did not hold what was written.
+    Flash,
+    /// The supply is too low to write flash.
+    SupplyLow,
+    /// A page must be erased first, which was not allowed.
+    NeedsErase,
+}
+
+impl StoreFailed {
+    /// The code with which the request is aborted.
+    #[must_use]
+    pub const fn abort_code(self) -> AbortCode {
+        match self {
+            Self::Flash | Self::SupplyLow => AbortCode::Hardware,
+            Self::NeedsErase => AbortCode::DeviceState,
+        }
+    }
 }
 
 /// Flash with settings in it.

@@ -27,7 +27,7 @@ use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::ports::{Erase, StoreFailed};
+use super::{Erase, StoreFailed};
 
 /// The key of the settings, which are all that the pages hold.
 pub(super) const KEY: u8 = 0;

@@ -3,8 +3,8 @@
 use crate::bench::{Bench, MS, Run, SECOND, at_once, run, standing};
 use estimator_core::{Decision, Phase, Timestamp};
 use firmware::Start;
-use firmware::ports::{BusState, Erase, Input, Reloaded, Request, StoreFailed};
-use firmware::storage::Origin;
+use firmware::ports::{BusState, Input, Reloaded, Request};
+use firmware::storage::{Erase, Origin, StoreFailed};
 use firmware::supervision::{CrashReason, CrashRecord, Worker};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{BootCause, Command, State};
@@ -559,18 +559,18 @@ fn a_new_threshold_is_used_and_kept_out_of_an_operational_foot() {
 fn the_watchdog_is_fed_only_while_ticks_and_communication_get_on() {
     let mut bench = bench();
     let report_both = |bench: &Bench| {
-        bench.ports.progress.report(Worker::Can);
-        bench.ports.progress.report(Worker::Uart);
+        bench.ports.liveness.report(Worker::Can);
+        bench.ports.liveness.report(Worker::Uart);
     };
     report_both(&bench);
-    assert!(bench.ports.progress.all_got_on());
+    assert!(bench.ports.liveness.all_alive());
     report_both(&bench);
-    assert!(!bench.ports.progress.all_got_on(), "without a tick");
+    assert!(!bench.ports.liveness.all_alive(), "without a tick");
     bench.still();
-    assert!(bench.ports.progress.all_got_on());
+    assert!(bench.ports.liveness.all_alive());
     bench.still();
-    bench.ports.progress.report(Worker::Can);
-    assert!(!bench.ports.progress.all_got_on(), "without the UART");
+    bench.ports.liveness.report(Worker::Can);
+    assert!(!bench.ports.liveness.all_alive(), "without the UART");
 }
 
 #[test]

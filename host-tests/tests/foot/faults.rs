@@ -124,7 +124,7 @@ fn watch(fault: SimFault, begin: u64, edges_counted: bool) -> Seen {
     let clear = |part: &SharedPart| part.with(Part::clear_faults);
     let options = Run {
         count_edges: edges_counted,
-        deeds: &[(begin, &inject), (end, &clear)],
+        actions: &[(begin, &inject), (end, &clear)],
         ..Run::default()
     };
     let mut bench = Bench::new(Settings::default());

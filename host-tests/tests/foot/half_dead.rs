@@ -46,7 +46,7 @@ fn watch(fault: SimFault, moves: Stimulus, phase_ns: u64) -> Seen {
     let inject = |part: &SharedPart| part.inject(fault);
     let clear = |part: &SharedPart| part.with(Part::clear_faults);
     let options = Run {
-        deeds: &[(begin, &inject), (end, &clear)],
+        actions: &[(begin, &inject), (end, &clear)],
         ..Run::default()
     };
     let mut bench = Bench::new(Settings::default());

@@ -7,8 +7,7 @@ use std::ops::Range;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use firmware::ports::{Erase, StoreFailed};
-use firmware::storage::{Origin, Storage};
+use firmware::storage::{Erase, Origin, Storage, StoreFailed};
 use wire::dictionary::index;
 use wire::{Address, Settings, Value};
 
