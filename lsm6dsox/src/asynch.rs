@@ -352,7 +352,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// away by itself before the part loses its supply. A part that has its configuration keeps it.
     async fn make_readable(&mut self) -> Result<(), Error<SPI::Error>> {
         self.write(register::FUNC_CFG_ACCESS.address, 0).await?;
-        self.write(register::CTRL3_C.address, self.config.ctrl3_c())
+        self.write(register::CTRL3_C.address, self.config.params().ctrl3_c())
             .await
     }
 

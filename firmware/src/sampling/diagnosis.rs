@@ -2,18 +2,18 @@
 
 use embedded_hal_async::spi::SpiDevice;
 use estimator_core::Timestamp;
-use lsm6dsox::{Error, SelfTest, SetSpiClock, Write};
+use lsm6dsox::{Config, Error, SelfTest, SetSpiClock};
 use wire::Fault;
 
 use super::sensor::Sensor;
 use super::watch::SampleIssue;
 use crate::imu;
 
-/// The configuration of the sensor as it was written; data rates come last.
-static WRITES: [Write; imu::SENSOR.writes().len()] = imu::SENSOR.writes();
+/// The index of the last register of the configuration: a data rate.
+const LAST_WRITE: usize = Config::WRITES - 1;
 
 /// Ticks in which every register of the configuration is read back.
-pub const READ_BACK_TICKS: usize = 3 * (WRITES.len() - 1);
+pub const READ_BACK_TICKS: usize = 3 * LAST_WRITE;
 
 const _: () = assert!(READ_BACK_TICKS == 66);
 
@@ -39,10 +39,10 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
     /// bad ticks make the fault.
     pub(super) async fn read_back_one_register(&mut self, now: Timestamp) -> Option<SensorFault> {
         let turn = self.watch.turn;
-        let write = match (turn % 3, WRITES.split_last()) {
-            (0, _) | (_, None) => None,
-            (1, Some((last, _))) => Some(*last),
-            (_, Some((_, rest))) => rest.get(turn / 3 % (WRITES.len() - 1)).copied(),
+        let write = match turn % 3 {
+            0 => None,
+            1 => imu::SENSOR.write(LAST_WRITE),
+            _ => imu::SENSOR.write(turn / 3 % LAST_WRITE),
         };
         for _ in 0..2 {
             let result = match write {
