@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use lsm6dsox::sim::{
-    Fault as SensorFault, Motion, Part as Sensor, PartOptions, StartTimes, Stimulus,
+    Motion, Part as Sensor, PartOptions, PartPartFault as SensorFault, StartTimes, Stimulus,
 };
 
 use crate::chip::{Chip, ChipOptions, NOMINAL_MV, Transaction};
