@@ -16,7 +16,8 @@ const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
 fn ask(board: &mut Board, request: &[u8; 8]) -> ([u8; 8], Vec<Emergency>) {
     board.take_can();
     board.push_can(Frame::new(0x611, request));
-    run(board, 700);
+    // The option bytes take as long as an erase by bytes: 0.8 s at most.
+    run(board, 1_000);
     let frames = board.take_can();
     let data = |id: u32| {
         let of = frames.iter().filter(move |sent| sent.frame.id == id);
