@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::input::InputError;
-use crate::output::{OutputError, directory_of};
+use crate::files::{OutputError, directory_of};
+use recordings::input::InputError;
 
 /// Checks that the results of a replay can go where they should: into directories that exist, not
 /// over the recording, not over each other, and a picture into nothing but an `.svg`.

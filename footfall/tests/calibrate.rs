@@ -7,10 +7,10 @@ use std::fs;
 use common::{AXES, Bench, read};
 use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
 use footfall::config::Overrides;
-use footfall::gait::{GaitName, Ground, Plan, SensorParams, record};
-use footfall::input::{self, Format, Hints};
-use footfall::output::write_recording;
-use footfall::replay::replay_and_learn;
+use gait::{GaitName, Ground, Plan, SensorParams, record};
+use recordings::input::{self, Format, Hints};
+use recordings::output::write_recording;
+use recordings::replay::replay_and_learn;
 
 fn csv(gait: GaitName, seconds: f64) -> Vec<u8> {
     let plan = Plan::steady(gait, Ground::Hard, seconds, 3);

@@ -1,5 +1,5 @@
 //! What an estimator makes of the slips and good stances of a simulated foot, on the grid of
-//! [`footfall::gait::slips`]. The truth is the foot's own motion.
+//! [`gait::slips`]. The truth is the foot's own motion.
 //!
 //! A slip counts from the moment at which the foot's own speed passes [`SPEED_LIMIT`], and is found
 //! with the first sample of P < 0.5; what the foot has slid until then is what its robot has not
@@ -7,12 +7,12 @@
 //! that was "stable" is taken back before the foot peels off.
 
 use estimator_core::{ContactEstimate, Decision, Params};
-use footfall::gait::label::SPEED_LIMIT;
-pub use footfall::gait::slips::{Profile, SPEEDS, profiles};
-use footfall::gait::space::Vector;
-use footfall::gait::{Activity, FootState, Simulation};
-use footfall::recording::Label;
-use footfall::replay::replay;
+use gait::label::SPEED_LIMIT;
+pub use gait::slips::{Profile, SPEEDS, profiles};
+use gait::{Activity, FootState, Simulation};
+use recordings::recording::Label;
+use recordings::replay::replay;
+use recordings::space::Vector;
 
 /// A rest under load that is to be found lasts so long, s. A foot that sticks and slips rests for
 /// less, again and again.

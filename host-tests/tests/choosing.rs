@@ -5,14 +5,14 @@
 
 use estimator_core::stillness::{QuantityParams, StillnessParams};
 use estimator_core::{Learning, Params};
-use footfall::evaluate::sets::Set;
-use footfall::gait::Simulation;
-use footfall::gait::slips::profiles;
-use footfall::recording::Recording;
+use gait::Simulation;
+use gait::slips::profiles;
 use host_tests::changed::stood;
 use host_tests::committed::assert_block;
 use host_tests::labelled::{averaged, rmse_by_set};
 use host_tests::slips::Score;
+use recordings::recording::Recording;
+use scoring::sets::Set;
 
 const DOCUMENT: &str = "docs/choosing.md";
 

@@ -7,16 +7,17 @@ use std::sync::LazyLock;
 use estimator_core::{ContactEstimate, Decision, Flag, Timestamp, Vec3};
 use firmware::imu::default_params;
 use footfall::decode::{Decoded, Row, decode};
-use footfall::demo;
-use footfall::gait::{Plan, SensorParams, Simulation, simulate};
-use footfall::output::{write_file, write_samples};
-use footfall::replay::replay;
+use footfall::files::write_file;
 use footfall::transmit::{FaultChange, Transmission, transmit};
+use gait::plan::DEMO_SEED;
+use gait::{Plan, SensorParams, Simulation, simulate};
 use host_tests::committed::{assert_readme_block, workspace};
 use host_tests::requirements::unmet;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
+use recordings::output::write_samples;
+use recordings::replay::replay;
 use wire::pdo::{ACCELERATION_STEP, BIAS_STEP, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP};
 use wire::{Fault, Foot, Settings};
 
@@ -34,7 +35,7 @@ struct Demo {
 }
 
 fn demo_with(faults: &[FaultChange]) -> Demo {
-    let walk = simulate(&Plan::demo(demo::SEED), &SensorParams::LSM6DSOX, demo::SEED);
+    let walk = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
     let estimates = replay(&walk.recording, &default_params()).expect("the preset");
     let sent = transmit(&Settings::default(), &estimates, &walk.temperatures, faults);
     Demo {

@@ -4,15 +4,15 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use footfall::evaluate::Evaluation;
-use footfall::evaluate::method::{Causality, Method};
-use footfall::evaluate::peers::Detector;
-use footfall::evaluate::score::Scores;
-use footfall::evaluate::sets::{Pool, Set, files};
-use footfall::evaluate::table::Style;
-use footfall::evaluate::teaching::Teachers;
+use footfall::evaluate::{brief_table, full_tables, histogram, reliability, table::Style};
 use host_tests::committed::{assert_block, assert_current, assert_readme_block, workspace};
 use host_tests::datasets::recorded;
+use scoring::evaluation::Evaluation;
+use scoring::method::{Causality, Method};
+use scoring::peers::Detector;
+use scoring::score::Scores;
+use scoring::sets::{Pool, Set, files};
+use scoring::teaching::Teachers;
 
 const ATLAS: [Set; 3] = [Set::Ground, Set::ThreeSteps, Set::Slip];
 
@@ -165,7 +165,7 @@ fn the_readme_shows_how_the_methods_compare() {
             "{}\nSo over the three ATLAS files together the default preset has an RMSE of {:.3}, \
              the paper's\nparameters have {:.3}. In the mean over seven sets they have {:.3} and \
              {:.3}, SHOE with its published\nconstants {:.3}.\n",
-            evaluation.brief_table(Style::Markdown),
+            brief_table(evaluation, Style::Markdown),
             atlas(ours),
             atlas(paper),
             sets(ours),
@@ -180,7 +180,7 @@ fn the_evaluation_is_documented_in_full() {
     let Some(evaluation) = evaluation() else {
         return;
     };
-    let tables = evaluation.full_tables(Style::Markdown);
+    let tables = full_tables(evaluation, Style::Markdown);
     assert_block("docs/evaluation.md", "evaluate", &tables);
 }
 
@@ -190,8 +190,8 @@ fn the_pictures_are_those_of_the_evaluation() {
         return;
     };
     let docs = workspace().join("docs");
-    let histogram = evaluation.histogram().expect("a picture");
+    let histogram = histogram(evaluation).expect("a picture");
     assert_current(&docs.join("errors.svg"), &histogram);
-    let reliability = evaluation.reliability().expect("a picture");
+    let reliability = reliability(evaluation).expect("a picture");
     assert_current(&docs.join("reliability.svg"), &reliability);
 }

@@ -4,11 +4,11 @@
 use std::fmt::Write;
 
 use estimator_core::{AttitudeFilter, Params, Validity};
-use footfall::attitude::inclination_error_degrees;
-use footfall::gait::sensor::{AxisErrors, GRAVITY, Temperature};
-use footfall::gait::step::Step;
-use footfall::gait::{GaitName, Ground, Plan, SensorParams, simulate};
+use gait::sensor::{AxisErrors, GRAVITY, Temperature};
+use gait::step::Step;
+use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::committed::assert_readme_block;
+use scoring::inclination::inclination_error_degrees;
 
 /// An accelerometer whose bias at 25 °C is calibrated away, and which warms up by 30 °C: its bias
 /// and that of the gyroscope drift by up to the part's typical 0.1 mg and 0.01 °/s per °C.

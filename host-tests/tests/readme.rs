@@ -1,15 +1,17 @@
 //! The README's picture and the figures that no other test makes.
 
 use firmware::imu::default_params;
-use footfall::gait::{Plan, SensorParams, record};
-use footfall::metrics::{Latency, Metrics, Scored};
-use footfall::recording::Recording;
-use footfall::replay::replay;
-use footfall::{demo, plot};
+use footfall::plot;
+use gait::plan::DEMO_SEED;
+use gait::{Plan, SensorParams, record};
 use host_tests::committed::{assert_current, assert_readme_block, workspace};
+use recordings::recording::Recording;
+use recordings::replay::replay;
+use scoring::metrics::{Latency, Metrics};
+use scoring::scored::Scored;
 
 fn demo_recording() -> Recording {
-    record(&Plan::demo(demo::SEED), &SensorParams::LSM6DSOX, demo::SEED)
+    record(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED)
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use estimator_core::{Method, Params};
 use firmware::imu::default_params;
-use footfall::gait::{GaitName, Ground, Plan, SensorParams, Simulation, simulate};
+use gait::{GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::committed::assert_readme_block;
 use host_tests::slips::{Profile, SPEEDS, Score, profiles};
 

@@ -7,8 +7,8 @@ use std::process::{Command, ExitCode};
 use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
-use footfall::gait::GaitName;
-use footfall::input::Format;
+use gait::GaitName;
+use recordings::input::Format;
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::corner::Corner;
 use virtual_board::recorded;

@@ -8,9 +8,9 @@
 use std::path::Path;
 
 use estimator_core::Gravity;
-use footfall::gait::sensor::GRAVITY;
-use footfall::input::{Format, Hints, Opened};
+use gait::sensor::GRAVITY;
 use lsm6dsox::sim::{Interpolation, Recording, Stimulus};
+use recordings::input::{Format, Hints, Opened};
 
 /// Reads a file, but for what comes before `skip` seconds.
 ///

@@ -13,8 +13,8 @@ use serde::Serialize;
 use wire::dictionary::index;
 
 use super::CalibrationError;
-use crate::recording::Recording;
-use crate::replay::replay_and_learn;
+use crate::progress::replay_and_learn;
+use recordings::recording::Recording;
 
 /// Below this share of good samples, that is why nothing was learnt.
 const LEAST_USABLE: f64 = 0.1;

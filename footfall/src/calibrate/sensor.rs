@@ -16,9 +16,9 @@ use thiserror::Error;
 use wire::dictionary::index;
 
 use super::rests::{Rest, rests};
-use crate::gait::sensor::{GRAVITY, MILLI_DPS, MILLI_G};
-use crate::gait::space::Vector;
-use crate::recording::Recording;
+use gait::sensor::{GRAVITY, MILLI_DPS, MILLI_G};
+use recordings::recording::Recording;
+use recordings::space::Vector;
 
 /// Fewest orientations: as many as unknowns.
 const ORIENTATIONS: usize = 6;

@@ -4,8 +4,8 @@ use estimator_core::AccelerometerCorrection;
 use serde::Deserialize;
 
 use super::{AccelerationAxes, AngularRateAxes, Refusal};
-use crate::input::Correction;
-use crate::number::shown;
+use recordings::input::Correction;
+use recordings::number::shown;
 
 /// What is wrong with an accelerometer.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]

@@ -97,8 +97,8 @@ pub use value::{
     parse_gravity, parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_window,
 };
 
-use crate::input::{Correction, Format};
-use crate::recording::Recording;
+use recordings::input::{Correction, Format};
+use recordings::recording::Recording;
 use value::checked_sample_rate;
 
 /// Durations that differ by less, as a part of themselves, are the same: a rate that was measured.
@@ -522,8 +522,8 @@ mod tests {
     #[test]
     fn every_preset_is_valid_for_every_format() {
         for preset in [Preset::Default, Preset::Paper] {
-            for format in Format::value_variants() {
-                let params = preset.params(*format);
+            for format in Format::ALL {
+                let params = preset.params(format);
                 assert!(params.validate::<256>().is_ok(), "{preset:?}, {format:?}");
             }
         }

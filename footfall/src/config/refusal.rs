@@ -6,8 +6,8 @@ use estimator_core::{Axis, Method, Params, ParamsError, WindowLength};
 use thiserror::Error;
 
 use super::{Overrides, SensorOverrides};
-use crate::input::csv::{MICROSECONDS_HINT, MILLISECONDS_HINT};
-use crate::number::shown;
+use recordings::input::time::{MICROSECONDS_HINT, MILLISECONDS_HINT};
+use recordings::number::shown;
 
 /// Why the parameters that preset, configuration file, recording and options add up to are not
 /// valid: one sentence that names what set the parameter, its value, unit and range.
@@ -268,7 +268,7 @@ impl Name {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::CAPACITY;
+    use recordings::replay::CAPACITY;
 
     /// The overrides in a file, and the default preset with them.
     fn applied(text: &str) -> (Overrides, Params) {

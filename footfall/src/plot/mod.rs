@@ -28,8 +28,8 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use crate::recording::{Label, RecordedSample, Recording};
 use decimate::{Trace, polylines, stretches};
+use recordings::recording::{Label, RecordedSample, Recording};
 
 /// Width of the picture in its own units; a viewer may scale it.
 const WIDTH: u32 = 1600;

@@ -9,7 +9,7 @@ use super::{
     Area, Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, TOTAL_COLOUR,
     VALUE_AXIS_WIDTH, VERTICAL_COLOUR, axes, text_style,
 };
-use crate::reliability::Bin;
+use scoring::reliability::Bin;
 
 const WIDTH: u32 = 1600;
 const HEIGHT: u32 = 860;
