@@ -12,7 +12,7 @@
 //! | the estimator runs over it | [`recordings::replay`] |
 //! | or learns a foot in advance, or finds what is wrong with the sensor | [`calibrate`] |
 //! | how good that was | [`scoring`]; as a report [`attitude`], as tables and pictures [`evaluate`] |
-//! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
+//! | what the foot sends of it, and back again | [`walking_foot`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`recordings::output`], [`plot`], [`summary`], put together by [`report`] |
 //! | a result becomes a file | [`files`] |
 
@@ -30,6 +30,6 @@ pub mod progress;
 pub mod report;
 pub mod summary;
 pub mod targets;
-pub mod transmit;
+pub mod walking_foot;
 
 pub use error::Error;

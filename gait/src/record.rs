@@ -6,7 +6,7 @@
 use estimator_core::{Gravity, ImuSample, Load, Timestamp};
 use firmware::imu::{SENSOR, imu_sample, missing_sample};
 use lsm6dsox::sim::{SharedPart, SimSpi};
-use lsm6dsox::{Lsm6dsox, Pin};
+use lsm6dsox::{Lsm6dsox, Pin, RawSample};
 
 use crate::label::labels;
 use crate::plan::Plan;
@@ -15,7 +15,7 @@ use crate::track::{FootState, Track};
 use recordings::recording::{RecordedSample, Recording};
 
 /// Time between ticks, µs: the firmware's.
-const TICK_US: u64 = 1000;
+pub const TICK_US: u64 = 1000;
 
 /// From power-up to the first tick, µs. The sensor needs 45 ms of it to boot and to turn on.
 const START_US: u64 = 100_000;
@@ -27,8 +27,8 @@ pub struct Simulation {
     pub recording: Recording,
     /// The state of the foot at each sample's timestamp.
     pub truth: Vec<FootState>,
-    /// The sensor's temperature as read with each sample, °C.
-    pub temperatures: Vec<f32>,
+    /// The sensor's codes behind each sample; `None` where none could be read.
+    pub raw: Vec<Option<RawSample>>,
 }
 
 /// Simulates a plan with the sensor that belongs to `seed`, from time 0 on.
@@ -51,7 +51,7 @@ pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
     assert!(part.now_ns() < START_US * 1000, "it started in time");
 
     let ticks = libm::floor(plan.duration * 1e6 / TICK_US as f64) as u64;
-    let (imu, temperatures): (Vec<ImuSample>, Vec<f32>) = (0..ticks)
+    let (imu, raw): (Vec<ImuSample>, Vec<_>) = (0..ticks)
         .map(|tick| sample_after(&part, &mut driver, tick * TICK_US))
         .unzip();
     let truth: Vec<FootState> = imu
@@ -77,7 +77,7 @@ pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
             samples,
         },
         truth,
-        temperatures,
+        raw,
     }
 }
 
@@ -88,20 +88,20 @@ pub fn record(plan: &Plan, sensor: &SensorParams, seed: u64) -> Recording {
 }
 
 /// What the foot's program does at the tick at `tick_us`: wait for the next data-ready edge, take
-/// its time, and read one burst. The temperature in °C comes with it; NaN where none could be read.
+/// its time, and read one burst. The sensor's codes come with it, where they could be read.
 fn sample_after(
     part: &SharedPart,
     driver: &mut Lsm6dsox<SimSpi>,
     tick_us: u64,
-) -> (ImuSample, f32) {
+) -> (ImuSample, Option<RawSample>) {
     part.advance_to((START_US + tick_us) * 1000);
     if let Some(edge_ns) = part.next_rising_edge_ns(Pin::Int1) {
         part.advance_to(edge_ns);
     }
     let timestamp = Timestamp::from_micros(part.now_ns() / 1000 - START_US);
     match driver.sample() {
-        Ok(raw) => (imu_sample(&raw, timestamp), raw.temperature.to_celsius()),
-        Err(_) => (missing_sample(timestamp), f32::NAN),
+        Ok(raw) => (imu_sample(&raw, timestamp), Some(raw)),
+        Err(_) => (missing_sample(timestamp), None),
     }
 }
 
@@ -161,10 +161,14 @@ mod tests {
         let Simulation {
             recording,
             truth,
-            temperatures,
+            raw,
         } = demo(1);
         assert_eq!(recording.samples.len(), truth.len());
-        assert_eq!(temperatures, vec![25.0; truth.len()]);
+        assert_eq!(raw.len(), truth.len());
+        let celsius = raw
+            .iter()
+            .map(|raw| raw.map(|raw| raw.temperature.to_celsius()));
+        assert!(celsius.eq(vec![Some(25.0); truth.len()]));
         assert_eq!(recording.sample_rate, 1000.0);
         for (k, sample) in (0..).zip(&recording.samples) {
             // One period of the sensor's slowest clock.
