@@ -32,7 +32,7 @@ pub enum Error {
     /// The parameters are not valid, in the words of the option or key that sets them.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// The recordings do not tell what they should.
+    /// The recordings do not show what a calibration needs.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
     /// A result could not be written.

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use estimator_core::{ContactEstimate, Learnt, Params, ParamsError};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use recordings::input::{Format, InputError, Opened};
 use recordings::recording::Recording;
 use recordings::replay::replay_observed;
-
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// From this many samples on a bar is worth showing: below it the work takes no second.
 const LONG_RECORDING: usize = 200_000;

@@ -5,14 +5,14 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use estimator_core::ContactEstimate;
+use recordings::output::{write_estimates, write_samples};
+use recordings::recording::Recording;
 use serde::Serialize;
 
 use crate::error::Error;
 use crate::files::write_file;
 use crate::plot;
 use crate::summary::Summary;
-use recordings::output::{write_estimates, write_samples};
-use recordings::recording::Recording;
 
 /// How the summary is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

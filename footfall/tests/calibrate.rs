@@ -210,7 +210,7 @@ fn a_replay_puts_readings_right() {
     let bench = Bench::with("rests.csv", lying(6, 9.81));
     let report = bench.stdout("calibrate --rests rests.csv --output robot.toml");
     assert!(report.contains("6 rests in 6 orientations"), "{report}");
-    // What the foot is to be told is what the file says.
+    // The report names for the foot what the file says.
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
     let accelerometer = overrides.correction("robot.toml").expect("a sensor");

@@ -1,7 +1,8 @@
 //! When a foot is in stable contact: decided from its own true velocity, not from forces.
 
-use crate::track::FootState;
 use recordings::recording::Label;
+
+use crate::track::FootState;
 
 /// A foot that moves faster slips, m/s. Over a stance of 0.3 s it is 1.5 mm, about what a rubber
 /// sole gives under load; and it is a hundredth of a walking speed of 0.5 m/s, which is what a leg

@@ -7,12 +7,12 @@ use estimator_core::{Gravity, ImuSample, Load, Timestamp};
 use firmware::imu::{SENSOR, imu_sample, missing_sample};
 use lsm6dsox::sim::{SharedPart, SimSpi};
 use lsm6dsox::{Lsm6dsox, Pin, RawSample};
+use recordings::recording::{RecordedSample, Recording};
 
 use crate::label::labels;
 use crate::plan::Plan;
 use crate::sensor::SensorParams;
 use crate::track::{FootState, Track};
-use recordings::recording::{RecordedSample, Recording};
 
 /// Time between ticks, µs: the firmware's.
 pub const TICK_US: u64 = 1000;

@@ -8,10 +8,10 @@
 
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use lsm6dsox::sim::{Part, PartOptions, SharedPart, Stimulus};
+use recordings::space::Vector;
 
 use crate::random::{Random, Stream};
 use crate::track::{FootState, Track};
-use recordings::space::Vector;
 
 /// Standard gravity, m/s².
 pub const GRAVITY: f64 = STANDARD_GRAVITY as f64;

@@ -90,14 +90,14 @@ impl Profile {
     #[must_use]
     pub fn plan(&self, seconds: f64, seed: u64) -> Plan {
         let mut plan = Plan::steady(self.gait, Ground::Hard, seconds, seed);
-        for (place, step) in plan.steps.iter_mut().enumerate() {
+        for (index, step) in plan.steps.iter_mut().enumerate() {
             if self.vibration == Vibration::Strong {
                 step.tremor.frequency *= 3.0;
                 step.tremor.acceleration *= 3.0;
                 step.tremor.rate *= 3.0;
             }
-            if place % 2 == 1 {
-                let duration = [0.15, 0.5][place / 2 % 2] * step.stance;
+            if index % 2 == 1 {
+                let duration = [0.15, 0.5][index / 2 % 2] * step.stance;
                 step.slips = vec![Slip {
                     onset: 0.45 * step.stance,
                     duration,
@@ -105,7 +105,7 @@ impl Profile {
                     heading: f64::from(self.heading) * std::f64::consts::FRAC_PI_2,
                     twist: 0.0,
                     chatter: self.friction.chatter(),
-                    chatter_frequency: 35.0 + 7.0 * (place % 5) as f64,
+                    chatter_frequency: 35.0 + 7.0 * (index % 5) as f64,
                 }];
             }
         }

@@ -7,7 +7,7 @@ use crate::segment::{
 use crate::shape::{Quintic, Shape, Term};
 use crate::step::{Slip, Spring, Step};
 
-/// After so many time constants a ring has ended: e⁻¹⁰ of 25 g is 0.01 m/s², less than the noise.
+/// After this many time constants a ring has ended: e⁻¹⁰ of 25 g is 0.01 m/s², less than the noise.
 const RING_TIME_CONSTANTS: f64 = 10.0;
 
 /// After this share of its rings a landing is over: e⁻⁵ and the shape's own fading leave a

@@ -15,11 +15,12 @@
 //!   and the load is a profile plus what the landing's deceleration adds.
 //! - The position is that of the sensor; there is no lever between it and the sole.
 
+use recordings::space::{Rotation, Vector};
+
 use crate::plan::Plan;
 use crate::segment::{Kind, Segment};
 use crate::stride::{standing_still, stride};
 use crate::turn::from_roll_pitch_yaw;
-use recordings::space::{Rotation, Vector};
 
 /// What a foot is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

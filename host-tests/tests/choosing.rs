@@ -57,14 +57,13 @@ fn walked(walks: &[Simulation], params: &Params) -> String {
         "{} | {} | {:.2} | {} | {:.1} |",
         milliseconds(score.onset(0.5)),
         milliseconds(score.latency(0.5)),
-        1e3 * score.displacement().0,
+        1e3 * score.distance().0,
         score.missed(),
         score.false_per_thousand(),
     )
 }
 
-const WALKED_TITLES: &str =
-    "rest found, ms | slip found, ms | slid by then, mm | slips not found | false in 1000 |";
+const WALKED_TITLES: &str = "rest found, ms | slip found, ms | slip distance at detection, mm | slips not found | false in 1000 |";
 
 fn quantities(stillness: &mut StillnessParams) -> [&mut QuantityParams; 3] {
     let StillnessParams {

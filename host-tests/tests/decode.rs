@@ -291,7 +291,7 @@ fn damage_on_the_serial_line_costs_the_frames_it_hits_and_is_counted() {
         garbage.iter().copied().chain([0]),
     );
     damaged.splice(starts[8000]..starts[8000], garbage);
-    // A frame of another version: its CRC is not made anew, so it is damage like any other.
+    // A frame of another version: its CRC is not computed again, so it is damage like any other.
     damaged[starts[7000] + 2] ^= 2;
     // Ten whole frames are lost.
     damaged.drain(starts[6000]..starts[6010]);

@@ -87,7 +87,7 @@ fn the_paper_preset_gives_the_parity_target_on_whole_files() {
 }
 
 /// RMSE, ROC-AUC and best F1 on the slip file as computed independently, in double precision with
-/// numpy. Thresholds there gave the best F1, wherefore RMSE may differ a little more.
+/// numpy. Thresholds there gave the best F1, so RMSE may differ a little more.
 #[test]
 fn the_peers_give_what_an_independent_computation_gave() {
     let Some(evaluation) = evaluation() else {

@@ -1,7 +1,7 @@
 //! The recordings that the repository holds: made by the simulator, the same on every machine,
 //! and estimated as they were when they were committed.
 //!
-//! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test recordings` writes them anew.
+//! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test recordings` writes them again.
 
 use std::fs;
 
@@ -41,7 +41,7 @@ const WALKS: [Walk; 2] = [
     },
 ];
 
-/// Either way: a gain that nobody meant wants explaining, too.
+/// Either way: a gain that was not intended needs an explanation, too.
 const RMSE_TOLERANCE: f64 = 0.001;
 
 fn simulation(ground: Ground) -> Simulation {

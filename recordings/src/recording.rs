@@ -2,7 +2,7 @@
 
 use estimator_core::{Gravity, ImuSample, Load};
 
-/// The truth about a sample, where somebody knows it.
+/// The truth about a sample, where it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Label {
     /// The foot is in stable contact.

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use recordings::recording::Label;
 use serde::Serialize;
 
 use crate::error::Error;
@@ -13,7 +14,6 @@ use crate::method::{Causality, Knowledge, Method, Run};
 use crate::score::{Answers, Figures, Scores};
 use crate::scored::Scored;
 use crate::sets::{Family, Pool, Set};
-use recordings::recording::Label;
 
 /// What was recorded.
 #[derive(Clone, Debug, PartialEq, Serialize)]

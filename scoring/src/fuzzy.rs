@@ -75,7 +75,7 @@ impl Scale {
         let mean = std::array::from_fn(|i| features.iter().map(|x| x[i]).sum::<f64>() / samples);
         let deviation = std::array::from_fn(|i| {
             let squares = features.iter().map(|x| (x[i] - mean[i]).powi(2));
-            // A feature that never changes tells nothing.
+            // A feature that never changes says nothing.
             (squares.sum::<f64>() / samples)
                 .sqrt()
                 .max(f64::MIN_POSITIVE)

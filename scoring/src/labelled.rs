@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
+use recordings::input::pce::{Wrench, read_with_wrench};
+use recordings::input::{self, Format, Hints};
+use recordings::recording::{Label, Recording};
+
 use crate::error::Error;
 use crate::scored::Scored;
 use crate::sets::{File, Layout, Set, Source};
 use crate::window::Reading;
 use gait;
-use recordings::input::pce::{Wrench, read_with_wrench};
-use recordings::input::{self, Format, Hints};
-use recordings::recording::{Label, Recording};
 
 /// The share of samples that lie below the robot's weight: in single support, when a foot bears
 /// all of it, the load passes the weight at every bounce. Read off the load, with no label.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use estimator_core::{ContactEstimate, Gravity, Learning, Params, ParamsError, WindowLength};
+use recordings::replay::{replay, replay_and_learn};
 use serde::Serialize;
 
 use crate::labelled::Labelled;
@@ -12,7 +13,6 @@ use crate::scored::Scored;
 use crate::teaching::{self, Teachers};
 use crate::window::PAPER_WINDOW;
 use crate::{authors, fuzzy, left_out};
-use recordings::replay::{replay, replay_and_learn};
 
 /// A method that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

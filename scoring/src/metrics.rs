@@ -287,7 +287,7 @@ mod tests {
         let samples = scored(&[(0.9, 1), (0.4, 0), (0.3, 1), (0.1, 0)]);
         assert_eq!(best_f1(&samples), Some(0.8));
         assert_eq!(f1(&samples), Some(2.0 / 3.0));
-        // Equal values cannot be told apart: 2 hits and 2 false alarms.
+        // Equal values cannot be distinguished: 2 hits and 2 false alarms.
         let tied = scored(&[(0.5, 1), (0.5, 0), (0.5, 1), (0.5, 0)]);
         assert_eq!(best_f1(&tied), Some(2.0 / 3.0));
         assert_eq!(best_f1(&scored(&[(0.5, 0)])), None);

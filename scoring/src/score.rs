@@ -1,11 +1,11 @@
 //! The figures of a method on one recording, on several together, and their mean over sets.
 
+use recordings::recording::Label;
 use serde::Serialize;
 
 use crate::metrics::{Latency, best_f1, brier_score, f1, latency_over, roc_auc};
 use crate::reliability::calibration_error;
 use crate::scored::{DECISION_THRESHOLD, Scored};
-use recordings::recording::Label;
 
 /// What a method answered on one recording, with the truth beside it.
 #[derive(Clone, Debug, PartialEq)]

@@ -261,9 +261,9 @@ pub fn files() -> Vec<File> {
     sources.filter_map(file).collect()
 }
 
-/// Which files are wanted in the folder of datasets, under where they can be had.
+/// The files that are needed in the folder of datasets, under where they can be had.
 #[must_use]
-pub fn wanted() -> String {
+pub fn needed() -> String {
     let mut text = "All of these are needed:".to_owned();
     for of_one_origin in files().chunk_by(|one, next| one.origin() == next.origin()) {
         let origin = of_one_origin.first().map_or("", File::origin);

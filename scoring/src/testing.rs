@@ -2,12 +2,12 @@
 
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Vec3};
+use recordings::input::pce::Wrench;
+use recordings::recording::{Label, RecordedSample, Recording};
 
 use crate::labelled::Labelled;
 use crate::sets::{Family, Set};
 use crate::window::Reading;
-use recordings::input::pce::Wrench;
-use recordings::recording::{Label, RecordedSample, Recording};
 
 /// A recording at 1 kHz, as of a set: where the set's recordings contain gravity, it comes on top
 /// of each motion, and the wrenches are left out.

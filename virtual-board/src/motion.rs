@@ -4,7 +4,7 @@ use gait::sensor::felt_by;
 use gait::{GaitName, Ground, Plan, Track};
 use lsm6dsox::sim::Motion;
 
-/// A steady gait of so many seconds, which then stands still; the sensor stays at 25 °C.
+/// A steady gait that lasts this long, s, and then stands still; the sensor stays at 25 °C.
 #[must_use]
 pub fn gait(name: GaitName, seconds: f64, seed: u64) -> impl Motion + 'static {
     let track = Track::new(&Plan::steady(name, Ground::Hard, seconds, seed));

@@ -19,7 +19,7 @@ pub enum CalibrationError {
     /// Too little stance or swing.
     #[error("{0}")]
     Unsettled(learnt::Unsettled),
-    /// Nothing tells stance from swing.
+    /// Stance and swing do not differ.
     #[error(
         "the foot moves as much at rest as in motion: see whether units and --gravity are right, and whether it walks"
     )]

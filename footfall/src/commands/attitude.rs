@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use recordings::input::Format;
 use scoring::inclination::InclinationScore;
 
 use super::recording::Configuration;
@@ -11,7 +12,6 @@ use crate::config::{Preset, parse_sample_rate};
 use crate::error::Error;
 use crate::progress;
 use crate::report::{SummaryStyle, print, print_text, warn};
-use recordings::input::Format;
 
 /// What `footfall attitude` takes.
 #[derive(Debug, Args)]

@@ -5,6 +5,7 @@ use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
+use recordings::input::{Correction, Loaded};
 use serde::Serialize;
 
 use super::recording::{Configuration, RecordingArguments};
@@ -19,7 +20,6 @@ use crate::plot;
 use crate::progress;
 use crate::report::{SummaryStyle, print, warn};
 use crate::targets;
-use recordings::input::{Correction, Loaded};
 
 /// What `footfall calibrate` takes.
 #[derive(Debug, Args)]

@@ -50,7 +50,7 @@ pub enum Command {
     Decode(DecodeArguments),
     /// Score this estimator and the methods of others on all recordings that have labels, and on
     /// simulated walks
-    #[command(after_help = scoring::sets::wanted())]
+    #[command(after_help = scoring::sets::needed())]
     Evaluate(EvaluateArguments),
     /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
     Attitude(AttitudeArguments),

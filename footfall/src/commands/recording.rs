@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Params, WindowLength};
+use recordings::input::{Format, Hints};
 
 use crate::config::{
     ConfigError, Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate,
 };
 use crate::error::Error;
-use recordings::input::{Format, Hints};
 
 /// How recordings are read and which parameters they are estimated with. Later wins: preset,
 /// configuration file, options.
@@ -57,7 +57,7 @@ impl RecordingArguments {
         params
     }
 
-    /// What readers are told.
+    /// What is known about the files beyond their format.
     pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
         configuration.hints(self.sample_rate, self.gravity)
     }
@@ -79,7 +79,7 @@ impl Configuration {
         }
     }
 
-    /// What readers are told, where options win.
+    /// What is known about a file beyond its format; options win over the configuration.
     pub(super) fn hints(
         &self,
         sample_rate: Option<f32>,

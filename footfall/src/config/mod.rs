@@ -104,7 +104,7 @@ use value::checked_sample_rate;
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Overrides {
-    /// Sample rate in Hz, where the recording does not tell, as [`parse_sample_rate`] takes it.
+    /// Sample rate in Hz, where the recording does not say it, as [`parse_sample_rate`] takes it.
     #[serde(default, deserialize_with = "sample_rate")]
     pub sample_rate_hz: Option<f32>,
     /// Whether samples contain gravity.

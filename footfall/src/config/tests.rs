@@ -1,11 +1,12 @@
 //! Configuration files, and the presets that they change.
 
+use recordings::input::Format;
+
 use super::*;
 use estimator_core::{
     AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams,
 };
 use firmware::imu::default_params;
-use recordings::input::Format;
 
 fn applied(text: &str) -> Params {
     let mut params = Params::DEFAULT;

@@ -7,7 +7,7 @@
 //! | a row per contact | [`row`] |
 //! | what came, what is missing, what is wrong | [`report`] |
 //!
-//! Which of the two a file is, its contents tell.
+//! Which of the two a file is, its contents show.
 
 mod can;
 pub mod report;

@@ -67,7 +67,7 @@ pub struct Report {
     pub gaps: u64,
     /// Sequence numbers that are missing, those of damaged frames included.
     pub missing: u64,
-    /// How often a foot has started anew within the file: its clock and its numbers with it.
+    /// How often a foot has started again within the file: its clock and its numbers with it.
     pub restarts: u64,
     /// Contacts that stand in the file twice; they have one row.
     pub duplicates: u64,

@@ -9,7 +9,7 @@
 //! long recording only what lasts is shaded. Without any load the state is always unknown, and
 //! nothing is shaded.
 //!
-//! The lines' colours are those of Okabe and Ito, which colour-blind readers can tell apart. The
+//! The lines' colours are those of Okabe and Ito, which colour-blind readers can distinguish. The
 //! file's size depends on the picture's width and not on the recording's length: every pixel column
 //! keeps its first, lowest, highest and last value, so no peak is lost.
 
@@ -46,7 +46,7 @@ const RIGHT_MARGIN: u32 = 40;
 /// Between panels, half above and half below.
 const PANEL_GAP: u32 = 18;
 
-/// Named by family only: whoever shows the picture picks the font.
+/// Named by family only: the viewer of the picture picks the font.
 const FONT: &str = "sans-serif";
 const TITLE_SIZE: u32 = 32;
 const TEXT_SIZE: u32 = 24;
@@ -306,9 +306,9 @@ fn shades(
     .collect()
 }
 
-/// Those of `stretches` in which `wanted` holds.
-fn times_of<T: Copy + PartialEq>(stretches: &[(Range<f64>, T)], wanted: T) -> Vec<Range<f64>> {
-    let holding = stretches.iter().filter(|(_, value)| *value == wanted);
+/// Those of `stretches` that have this value.
+fn times_of<T: Copy + PartialEq>(stretches: &[(Range<f64>, T)], of: T) -> Vec<Range<f64>> {
+    let holding = stretches.iter().filter(|(_, value)| *value == of);
     holding.map(|(times, _)| times.clone()).collect()
 }
 

@@ -75,7 +75,7 @@ pub enum InputError {
         /// The file, as it was named.
         file: String,
     },
-    /// No format was given and the first line does not tell.
+    /// No format was given and the first line does not show it.
     #[error(
         "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv"
     )]
@@ -213,7 +213,7 @@ pub enum InputError {
         /// The cell.
         cell: Cell,
     },
-    /// Nothing tells the sample rate.
+    /// The sample rate is not known.
     #[error("{file} has no times that tell the sample rate, so it must be given: --sample-rate HZ")]
     UnknownSampleRate {
         /// The file, as it was named.

@@ -55,7 +55,7 @@ impl Opened {
     /// `csv`.
     ///
     /// # Errors
-    /// The file cannot be opened, or no format is given and its first line does not tell.
+    /// The file cannot be opened, or no format is given and its first line does not show it.
     pub fn new(path: &Path, format: Option<Format>) -> Result<Self, InputError> {
         Self::through(path, format, unwrapped)
     }

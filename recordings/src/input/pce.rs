@@ -18,7 +18,7 @@
 //!
 //! Force and IMU come from two logs that were put side by side: row *n* of one has nothing to do
 //! with row *n* of the other, and the force log is longer, so that the last rows have force
-//! alone. Both logs show the same trot, which tells how they belong together:
+//! alone. Both logs show the same trot, which shows how they belong together:
 //!
 //! * The step period (lag of the autocorrelation's third peak, over 3) is 336.3, 336.7 and 336.7
 //!   force rows and 176.7, 177.3 and 179.7 IMU rows on mattress, normal and slippery ground:
@@ -72,7 +72,7 @@ const ATLAS_COLUMNS: [&str; 13] = [
 
 const GO1_COLUMNS: [&str; 7] = ["Fz", "ax", "ay", "az", "wx", "wy", "wz"];
 
-/// What the last of the 13 columns says, which also tells the recordings of `lcd` from those of the
+/// What the last of the 13 columns says, which also distinguishes the recordings of `lcd` from those of the
 /// method's authors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LabelScheme {

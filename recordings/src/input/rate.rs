@@ -34,7 +34,7 @@ fn agree(measured: f64, given: f32) -> bool {
     (f64::from(given) - measured).abs() <= RATE_TOLERANCE * measured
 }
 
-/// The rate in Hz that the times between rows tell, gaps left out.
+/// The rate in Hz of the times between rows, gaps left out.
 ///
 /// Rows may stand up to a fraction of a period off their places, as samples do that wait for a
 /// sensor with a clock of its own. So the rate is one over the mean time, and what can be known of

@@ -52,7 +52,7 @@ impl ExtraColumns for Orientations {
                 });
             }
         }
-        let index_of = |wanted: &str| header.cells().position(|name| name == wanted);
+        let index_of = |column: &str| header.cells().position(|name| name == column);
         let mut missing = Vec::new();
         for (index, name) in self.quaternion.iter_mut().zip(QUATERNION) {
             match index_of(name) {

@@ -1,9 +1,10 @@
 //! What each method may know, and what it answers.
 
+use recordings::recording::Label;
+
 use super::*;
 use crate::sets::{Family, Set};
 use crate::testing::labelled;
-use recordings::recording::Label;
 
 /// Every kind of set, each with more than one recording.
 const SETS: [Set; 9] = [

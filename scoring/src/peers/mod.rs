@@ -22,12 +22,12 @@ pub mod published;
 pub mod shoe;
 
 use estimator_core::Params;
+use recordings::recording::Label;
 use serde::Serialize;
 
 use crate::labelled::Labelled;
 use crate::scored::Scored;
 use crate::window::PAPER_WINDOW;
-use recordings::recording::Label;
 use shoe::Noise;
 
 /// A detector whose threshold is tuned on labels.

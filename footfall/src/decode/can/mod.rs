@@ -60,7 +60,7 @@ pub(super) fn decode(text: &str, file: &str, others: &[NodeId]) -> Decoded {
         ));
     }
     if log.rows.is_empty()
-        && let Some(id) = log.stranger
+        && let Some(id) = log.unknown_foot
     {
         notices.push(format!(
             "{file}: no foot of the ids 17 to 22 has sent a contact, but node {id} may be one: --node {id}"
@@ -85,7 +85,7 @@ struct Log {
     /// Node ids that are feet.
     nodes: BTreeSet<u8>,
     /// Another node that sends what may be a contact.
-    stranger: Option<u8>,
+    unknown_foot: Option<u8>,
 }
 
 impl Log {
@@ -97,7 +97,7 @@ impl Log {
             feet: BTreeMap::new(),
             segments: BTreeMap::new(),
             nodes: feet.iter().chain(others).map(|node| node.get()).collect(),
-            stranger: None,
+            unknown_foot: None,
         }
     }
 }
@@ -116,7 +116,7 @@ impl Log {
                 if !self.nodes.contains(&node.get()) =>
             {
                 if id & 0x780 == Pdo::Contact.base() && frame.data8().is_some() {
-                    self.stranger.get_or_insert(node.get());
+                    self.unknown_foot.get_or_insert(node.get());
                 }
                 "of_other_nodes"
             }

@@ -181,7 +181,7 @@ fn a_line_that_stands_twice_is_one_row_and_nothing_is_missing() {
 
 #[test]
 fn the_same_number_at_another_time_is_a_gap_of_255_and_no_duplicate() {
-    // The second is a whole turn of the short clock later, which the log's clock tells.
+    // The second is a whole turn of the short clock later, as the log's clock shows.
     for (log_ms, step) in [(257, 25_700), (656, 100)] {
         let log = [contact("can0", 1, 7, 100), contact("can0", log_ms, 7, step)];
         let report = decode(&log.concat(), "can.log", &[]).report;
@@ -204,7 +204,7 @@ fn missing_frames_are_counted_per_foot_and_across_the_wrap() {
 #[test]
 fn a_foot_that_starts_anew_begins_another_segment() {
     let boot_up = |id: u16| format!("(1.500000) can0 {id:03X}#00\n");
-    // The same ids on another bus, and another foot, have not started anew.
+    // The same ids on another bus, and another foot, have not started again.
     let mut log = vec![boot_up(0x711), contact("can1", 1_000, 7, 100)];
     log.extend(steady(3));
     log.extend([boot_up(0x711), boot_up(0x712)]);
