@@ -9,10 +9,10 @@ use recordings::recording::Recording;
 use recordings::replay::replay_observed;
 
 /// From this many samples on a bar is worth showing: below it the work takes no second.
-const LONG_RECORDING: usize = 200_000;
+const LONG_RECORDING: u64 = 200_000;
 
 /// From this many bytes on a file counts as long; a row takes about a hundred.
-const LONG_FILE: u64 = 100 * LONG_RECORDING as u64;
+const LONG_FILE: u64 = 100 * LONG_RECORDING;
 
 /// [`Opened::new`], with a bar while the file is read.
 ///
@@ -20,7 +20,7 @@ const LONG_FILE: u64 = 100 * LONG_RECORDING as u64;
 /// Those of [`Opened::new`].
 pub fn open(path: &Path, format: Option<Format>) -> Result<Opened, InputError> {
     Opened::through(path, format, |file, bytes| {
-        Box::new(bar("reading", bytes, bytes >= LONG_FILE).wrap_read(file))
+        Box::new(bar("reading", bytes, LONG_FILE).wrap_read(file))
     })
 }
 
@@ -40,16 +40,17 @@ pub fn replay_and_learn(
     recording: &Recording,
     params: &Params,
 ) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
-    let samples = recording.samples.len();
-    let bar = bar("estimating", samples as u64, samples >= LONG_RECORDING);
+    let samples = recording.samples.len() as u64;
+    let bar = bar("estimating", samples, LONG_RECORDING);
     let estimated = replay_observed(recording, params, || bar.inc(1));
     bar.finish_and_clear();
     estimated
 }
 
-fn bar(activity: &'static str, length: u64, worth_showing: bool) -> ProgressBar {
+/// A bar over `length`, hidden where that is below `shown_from`.
+fn bar(activity: &'static str, length: u64, shown_from: u64) -> ProgressBar {
     // A stderr target hides itself where stderr is no terminal.
-    let target = if worth_showing {
+    let target = if length >= shown_from {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()

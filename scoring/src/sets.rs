@@ -37,7 +37,7 @@ pub enum Family {
     Lcd,
     /// A person's shoe; labels come from the shoe's measured speed.
     Shoe,
-    /// The simulated foot of [`gait`](gait); labels come from its true motion.
+    /// The simulated foot of [`gait`]; labels come from its true motion.
     Simulated,
 }
 
@@ -207,7 +207,7 @@ impl Pool {
 pub enum Source {
     /// A file in the folder of datasets.
     File(File),
-    /// A foot simulated by [`gait::simulate`](gait::simulate).
+    /// A foot simulated by [`gait::simulate`].
     Simulated {
         /// What the foot does.
         plan: Plan,

@@ -1,4 +1,4 @@
-//! An evaluation as [tables](table) and [pictures](pictures).
+//! An evaluation as tables ([`table`]) and [`pictures`].
 
 pub mod pictures;
 pub mod table;
