@@ -51,8 +51,9 @@ pub(crate) fn labels(truth: &[FootState], period: f64) -> Vec<Label> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::activity::Activity;
     use crate::plan::Plan;
-    use crate::track::{Activity, Track};
+    use crate::track::Track;
     use recordings::space::Vector;
 
     fn standing() -> FootState {

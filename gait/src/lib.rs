@@ -6,6 +6,7 @@
 //! |---|---|
 //! | which steps, on which ground | [`plan`]; a grid of slips, [`slips`] |
 //! | one step in numbers | [`step`] |
+//! | what the foot does in it | [`Activity`] |
 //! | the true motion at any moment, in closed form | [`track`] |
 //! | whether the foot is in stable contact, from its own velocity | [`label`] |
 //! | the specimen of the sensor, and what acts on it | [`sensor`] |
@@ -21,6 +22,7 @@
 //! The same plan, sensor and seed give the same bits on every machine: f64 arithmetic, square
 //! roots, and `libm` for everything else.
 
+mod activity;
 mod jet;
 pub mod label;
 pub mod plan;
@@ -35,7 +37,8 @@ mod stride;
 pub mod track;
 mod turn;
 
+pub use activity::Activity;
 pub use plan::{GaitName, Ground, Plan};
 pub use record::{Simulation, record, simulate};
 pub use sensor::SensorParams;
-pub use track::{Activity, FootState, Track};
+pub use track::{FootState, Track};

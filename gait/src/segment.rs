@@ -3,10 +3,10 @@
 //! Three positions and three angles, each a base path plus terms, and the load while there is
 //! contact.
 
+use crate::activity::Activity;
 use crate::jet::Jet;
 use crate::shape::{Quintic, Shape, Term};
 use crate::step::Slip;
-use crate::track::Activity;
 
 /// x, y, z, roll, pitch, yaw.
 pub(crate) const CHANNELS: usize = 6;

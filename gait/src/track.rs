@@ -17,25 +17,11 @@
 
 use recordings::space::{Rotation, Vector};
 
+use crate::activity::Activity;
 use crate::plan::Plan;
 use crate::segment::{Kind, Segment};
 use crate::stride::{standing_still, stride};
 use crate::turn::from_roll_pitch_yaw;
-
-/// What a foot is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Activity {
-    /// It stands.
-    Standing,
-    /// It peels off the ground, heel first, with what load is left.
-    Peeling,
-    /// It is in the air.
-    Swinging,
-    /// It has touched down and not yet come to rest.
-    Landing,
-    /// It slides under load.
-    Slipping,
-}
 
 /// The truth about a foot at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]

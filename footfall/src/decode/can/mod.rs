@@ -20,7 +20,7 @@ use estimator_core::Timestamp;
 use wire::pdo::{Contact, Load};
 use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 
-use super::report::{EmergencyReport, Format, Report};
+use super::report::{EmergencyReport, Medium, Report};
 use super::{Decoded, Row};
 use crate::can_log::{self, Line, Logged, Other};
 use foot::LoggedFoot;
@@ -93,7 +93,7 @@ impl Log {
         let feet = wire::Foot::ALL.map(wire::Foot::default_node_id);
         Self {
             rows: Vec::new(),
-            report: Report::new(Format::Can),
+            report: Report::new(Medium::Can),
             feet: BTreeMap::new(),
             segments: BTreeMap::new(),
             nodes: feet.iter().chain(others).map(|node| node.get()).collect(),
