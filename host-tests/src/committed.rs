@@ -1,4 +1,4 @@
-//! Files that are generated and committed: checked to be current, or written anew.
+//! Files that are generated and committed: checked to be current, or written again.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -28,7 +28,7 @@ pub fn assert_current(path: &Path, expected: &str) {
         .find(|(_, (was, is))| was != is)
         .unwrap_or((0, ("", "")));
     panic!(
-        "{} is not current from line {line} on: it says\n  {was}\nand should say\n  {is}\nFOOTFALL_UPDATE=1 in the environment writes it anew",
+        "{} is not current from line {line} on: it says\n  {was}\nand should say\n  {is}\nFOOTFALL_UPDATE=1 in the environment writes it again",
         path.display()
     );
 }

@@ -9,14 +9,15 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use estimator_core::{AttitudeParams, GyroTiming, Params};
-use footfall::attitude::{AttitudeReport, InclinationScore};
-use footfall::gait::space::Rotation;
-use footfall::input::{Hints, read_with_orientation};
-use footfall::recording::Recording;
-use footfall::replay::replay;
+use footfall::attitude::AttitudeReport;
 use host_tests::committed::assert_readme_block;
 use host_tests::datasets::recorded;
 use host_tests::requirements::unmet;
+use recordings::input::{Hints, read_with_orientation};
+use recordings::recording::Recording;
+use recordings::replay::replay;
+use recordings::space::Rotation;
+use scoring::inclination::InclinationScore;
 
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;

@@ -1,5 +1,5 @@
 //! What a sample costs, in instructions of the host, held against its budget from both sides: a
-//! gain that nobody meant wants explaining as much as a loss does.
+//! gain that was not intended needs an explanation as much as a loss does.
 
 use std::env;
 use std::path::{Path, PathBuf};

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
-use footfall::gait::GaitName;
-use footfall::input::Format;
+use gait::GaitName;
+use recordings::input::Format;
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::corner::Corner;
 use virtual_board::recorded;
@@ -40,7 +41,7 @@ struct RunArguments {
     #[arg(long, conflicts_with = "gait")]
     input: Option<PathBuf>,
     /// How the recording is laid out, where it has no header that tells.
-    #[arg(long, requires = "input")]
+    #[arg(long, requires = "input", value_parser = format_parser())]
     layout: Option<Format>,
     /// Seconds of the recording that are left out at its beginning.
     #[arg(long, requires = "input", default_value_t = 0.0, value_parser = seconds,
@@ -93,6 +94,11 @@ const CLEAR: &str = "clear";
 
 /// A day: more is a slip of the pen.
 const MOST_SECONDS: f64 = 86_400.0;
+
+/// Reads the name of a format; the help lists all of them.
+fn format_parser() -> impl TypedValueParser<Value = Format> {
+    PossibleValuesParser::new(Format::ALL.map(Format::name)).try_map(|name| name.parse::<Format>())
+}
 
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();

@@ -92,7 +92,7 @@ const WORST: [Budget; 3] = [
 /// each second, and the heartbeat; over the serial line at 1 Mbaud contact and raw sample each tick
 /// and health each 10 ms, which takes 89 % of it.
 fn with_all_streams(elf: &[u8]) -> Value {
-    let gait = motion::gait(footfall::gait::GaitName::Walk, 4.0, 1);
+    let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
     streams::turn_all_on(&mut board).expect("it runs");
     let run = Run {
@@ -105,7 +105,7 @@ fn with_all_streams(elf: &[u8]) -> Value {
 /// The same, and on top of it what others send and ask.
 fn under_full_load(elf: &[u8]) -> Value {
     let seconds = MEASURED_UNDER_FULL_LOAD as f64 / 1.0e3;
-    let gait = motion::gait(footfall::gait::GaitName::Walk, seconds, 1);
+    let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
     let run = Run {
         milliseconds: MEASURED_UNDER_FULL_LOAD,

@@ -141,7 +141,7 @@ fn it_measures_without_its_crystal_and_stays_off_the_bus() {
 }
 
 fn walking(elf: &[u8], seconds: f64) -> Board {
-    let gait = motion::gait(footfall::gait::GaitName::Walk, seconds, 1);
+    let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits the flash")
 }
 

@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use common::{directory, everything, is_built_here, product};
-use footfall::input::Format;
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
+use recordings::input::Format;
 use virtual_board::board::{Board, BoardOptions};
 use virtual_board::recorded;
 use virtual_board::report::{self, Run};

@@ -1,13 +1,13 @@
-//! A refused parameter in the words of whoever set it: option or key, unit and file.
+//! A refused parameter by the option or key that sets it, with unit and file.
 
 use std::fmt;
 
 use estimator_core::{Axis, Method, Params, ParamsError, WindowLength};
+use recordings::input::time::{MICROSECONDS_HINT, MILLISECONDS_HINT};
+use recordings::number::shown;
 use thiserror::Error;
 
 use super::{Overrides, SensorOverrides};
-use crate::input::csv::{MICROSECONDS_HINT, MILLISECONDS_HINT};
-use crate::number::shown;
 
 /// Why the parameters that preset, configuration file, recording and options add up to are not
 /// valid: one sentence that names what set the parameter, its value, unit and range.
@@ -80,7 +80,7 @@ impl Origins<'_> {
         )))
     }
 
-    /// Says `error`, which `params` caused, in the words of whoever set them.
+    /// Says `error`, which `params` caused, by the options or keys that set them.
     #[must_use]
     pub fn explain(&self, error: &ParamsError, params: &Params) -> Refusal {
         Refusal(match error {
@@ -162,7 +162,7 @@ impl Origins<'_> {
         }
     }
 
-    /// What a rate far too low tells about the times that it was measured from.
+    /// What a rate far too low says about the times that it was measured from.
     fn unit_of_times(&self, rate: f32, min: f32, max: f32) -> &'static str {
         let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
         match self.sample_rate {
@@ -268,7 +268,7 @@ impl Name {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::CAPACITY;
+    use recordings::replay::CAPACITY;
 
     /// The overrides in a file, and the default preset with them.
     fn applied(text: &str) -> (Overrides, Params) {
