@@ -2,7 +2,7 @@
 
 use super::inclination::Correction;
 use crate::order::Order;
-use crate::params::{DEGREE, STANDARD_GRAVITY};
+use crate::units::{DEGREE, STANDARD_GRAVITY};
 use crate::vector::Vec3;
 
 /// Time constant of the short mean that deviations are taken from, s. Shorter than a stance;

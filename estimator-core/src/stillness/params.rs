@@ -1,8 +1,8 @@
 //! The constants of self-calibration: one set for all feet, sensors and rates.
 
-use super::classes::Classes;
+use super::learnt::Classes;
 use crate::logarithm::ln;
-use crate::params::{ParamsError, in_range};
+use crate::range::{ParamsError, in_range};
 
 /// Whether the classes follow the foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
