@@ -63,6 +63,8 @@ macro_rules! parameters {
             }
 
             /// Sets it in `params`, whatever the value: [`Params::validate`] checks it.
+            // As code of its own it is a look-up of the field's offset; inlined it is a branch per field.
+            #[inline(never)]
             pub const fn set(self, params: &mut Params, value: f32) {
                 let field = match self {
                     $(Self::$variant => &mut params.$head$(.$tail)*,)*

@@ -166,7 +166,7 @@ fn every_readable_object_is_read_by_the_peer_and_the_others_are_refused() {
             continue;
         }
         let value = value.unwrap_or_else(|code| panic!("{address:?} is refused: {code:08X}"));
-        if entry.role == Role::Constant || entry.role == Role::Setting {
+        if matches!(entry.role, Role::Constant | Role::Setting(_)) {
             assert_eq!(value, peer_value(entry.default), "{address:?}");
         }
         if matches!(entry.role, Role::CobId | Role::PdoCobId) {

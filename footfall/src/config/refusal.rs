@@ -1,8 +1,6 @@
 //! A refused parameter in the words of whoever set it: option or key, unit and file.
 
-use std::fmt;
-
-use estimator_core::{Axis, Method, Params, ParamsError, WindowLength};
+use estimator_core::{Axis, Method, Parameter, Params, ParamsError, Unit, WindowLength, parameter};
 use thiserror::Error;
 
 use super::{Overrides, SensorOverrides};
@@ -101,13 +99,13 @@ impl Origins<'_> {
                 max,
             } => {
                 let name = Name::of(field);
-                let [is, low, high] = [*value, *min, *max].map(|v| name.unit.written(v));
+                let [is, low, high] = [*value, *min, *max].map(|v| name.written.number(v));
                 let subject = match *field {
                     "window" => self.window_name(),
                     "sample_rate" => self.sample_rate_name(),
                     _ => self.key_name(&name),
                 };
-                let unit = name.unit;
+                let unit = name.written.symbol();
                 let hint = match *field {
                     "sample_rate" => self.unit_of_times(*value, *min, *max),
                     _ => "",
@@ -177,90 +175,82 @@ impl Origins<'_> {
 struct Name {
     key: String,
     axis: Option<&'static str>,
-    unit: Unit,
+    written: Written,
 }
 
+/// How a number is written: in the unit of the table of limits, or in ms.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Unit {
-    None,
-    Hertz,
-    Seconds,
-    /// Written in ms, although the field is in s.
+enum Written {
+    As(Unit),
+    /// Although the field is in s.
     Milliseconds,
-    MetresPerSecondSquared,
-    RadiansPerSecond,
 }
 
-impl Unit {
+impl Written {
+    /// How the field of this name is written.
+    fn of(field: &str) -> Self {
+        if [parameter::WINDOW.name, parameter::GYRO_DELAY.name].contains(&field) {
+            return Self::Milliseconds;
+        }
+        // What was learnt stands under the names of its fields, which have no unit.
+        let mut rows = Parameter::ALL.into_iter().map(Parameter::row);
+        let row = rows.find(|row| row.name == field);
+        Self::As(row.map_or(Unit::One, |row| row.unit))
+    }
+
     /// A field's value as a person writes it.
-    fn written(self, value: f32) -> String {
+    fn number(self, value: f32) -> String {
         match self {
             // By way of decimals: 1e-4 s in binary are not quite 0.1 ms.
             Self::Milliseconds => match value.to_string().parse::<f64>() {
                 Ok(seconds) => shown((1.0e3 * seconds) as f32),
                 Err(_) => shown(1.0e3 * value),
             },
-            _ => shown(value),
+            Self::As(_) => shown(value),
         }
     }
 
-    /// The end of a key of this unit.
+    /// The end of the key; loads have none, whose unit is that of the recording.
     const fn suffix(self) -> &'static str {
         match self {
-            Self::None | Self::Milliseconds => "",
-            Self::Hertz => "_hz",
-            Self::Seconds => "_s",
-            Self::MetresPerSecondSquared => "_m_s2",
-            Self::RadiansPerSecond => "_rad_s",
+            Self::As(Unit::Hertz) => "_hz",
+            Self::As(Unit::Second) => "_s",
+            Self::As(Unit::MetrePerSecondSquared) => "_m_s2",
+            Self::As(Unit::RadianPerSecond) => "_rad_s",
+            _ => "",
         }
     }
-}
 
-impl fmt::Display for Unit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::None => "",
-            Self::Hertz => " Hz",
-            Self::Seconds => " s",
-            Self::Milliseconds => " ms",
-            Self::MetresPerSecondSquared => " m/s²",
-            Self::RadiansPerSecond => " rad/s",
-        })
+    /// The unit after a number; nothing where the key has none either.
+    fn symbol(self) -> String {
+        match self {
+            Self::Milliseconds => " ms".to_owned(),
+            Self::As(unit) if !self.suffix().is_empty() => format!(" {}", unit.symbol()),
+            Self::As(_) => String::new(),
+        }
     }
 }
 
 impl Name {
     fn of(field: &str) -> Self {
+        let written = Written::of(field);
         let (table, last) = field.rsplit_once('.').unwrap_or(("", field));
         if let Some(axis) = Axis::ALL.iter().position(|axis| axis.name() == last) {
-            let (sensor, unit) = if axis < 3 {
-                ("acceleration", Unit::MetresPerSecondSquared)
+            let sensor = if axis < 3 {
+                "acceleration"
             } else {
-                ("angular_rate", Unit::RadiansPerSecond)
+                "angular_rate"
             };
             return Self {
-                key: format!("{table}.{sensor}{}", unit.suffix()),
+                key: format!("{table}.{sensor}{}", written.suffix()),
                 axis: Some(Axis::ALL[axis].name()),
-                unit,
+                written,
             };
         }
-        let unit = match last {
-            "sample_rate" => Unit::Hertz,
-            "window" | "gyro_timing" => Unit::Milliseconds,
-            "on_delay"
-            | "off_delay"
-            | "duration"
-            | "time_constant"
-            | "motion_time_constant"
-            | "bias_time_constant" => Unit::Seconds,
-            "acceleration" | "quiet_acceleration" => Unit::MetresPerSecondSquared,
-            "rate" | "quiet_rate" | "bias_limit" => Unit::RadiansPerSecond,
-            _ => Unit::None,
-        };
         Self {
-            key: format!("{field}{}", unit.suffix()),
+            key: format!("{field}{}", written.suffix()),
             axis: None,
-            unit,
+            written,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! 0x1000 to 0x1FFF: what CiA 301 wants and allows.
 
 use super::{
-    Access, Entry, Object, PDO_NO_REMOTE, PRODUCT_CODE, REVISION, Role, Shape, Text, VENDOR_ID,
-    index,
+    Access, Concern, Entry, Object, PDO_NO_REMOTE, PRODUCT_CODE, REVISION, Role, Shape, Text,
+    VENDOR_ID, index,
 };
 use crate::foot::cob_id;
 use crate::pdo::{self, Pdo};
@@ -18,13 +18,18 @@ const fn tpdo(pdo: Pdo) -> [Entry; 3] {
             Value::U32(PDO_NO_REMOTE | pdo.base() as u32),
         )
         .doc("bit 31 set: not sent; the identifier itself cannot be changed"),
-        Entry::setting(2, "Transmission type", Value::U8(254))
+        Entry::setting(2, "Transmission type", Concern::Stream, Value::U8(254))
             .range_without([1, 255, 241, 253])
             .doc("1 to 240: with every n-th SYNC; 254 and 255: by the event timer"),
-        Entry::setting(5, "Event timer", Value::U16(pdo.default_period_ms()))
-            .range(Value::U16(0), Value::U16(10_000))
-            .unit("ms")
-            .doc("one frame in so many ticks; 0: not sent by the timer"),
+        Entry::setting(
+            5,
+            "Event timer",
+            Concern::Stream,
+            Value::U16(pdo.default_period_ms()),
+        )
+        .range(Value::U16(0), Value::U16(10_000))
+        .unit("ms")
+        .doc("one frame in so many ticks; 0: not sent by the timer"),
     ]
 }
 
@@ -173,7 +178,7 @@ pub(super) const OBJECTS: &[Object] = &[
         shape: Shape::Var,
         doc: Text::new("0: no heartbeat"),
         entries: &[
-            Entry::setting(0, "Producer heartbeat time", Value::U16(500)).unit("ms"),
+            Entry::setting(0, "Producer heartbeat time", Concern::Stream, Value::U16(500)).unit("ms"),
         ],
     },
     Object {
@@ -207,7 +212,7 @@ pub(super) const OBJECTS: &[Object] = &[
         entries: &[
             Entry::cob_id(1, "COB-ID", pdo::Load::BASE as u32),
             Entry::constant(2, "Transmission type", Value::U8(255)),
-            Entry::setting(5, "Event timer", Value::U16(100))
+            Entry::setting(5, "Event timer", Concern::Stream, Value::U16(100))
                 .range(Value::U16(1), Value::U16(1_000))
                 .unit("ms")
                 .doc("how long a load is believed; after it emergency 0x8250 where the load source is CAN"),

@@ -12,6 +12,10 @@ mod communication;
 mod process;
 mod settings;
 
+pub use settings::WINDOW_CAPACITY;
+
+use estimator_core::{Parameter, Row, Unit};
+
 use crate::abort::AbortCode;
 use crate::value::{DataType, Value};
 
@@ -126,7 +130,7 @@ pub enum Role {
     /// Its default plus the node id is its value.
     CobId,
     /// Configuration: kept, stored and restored, written in pre-operational only.
-    Setting,
+    Setting(Concern),
     /// Configuration: the identifier of a PDO. Its default plus the node id is its value, and
     /// only bit 31 (set: the PDO is off) can be changed.
     PdoCobId,
@@ -138,6 +142,27 @@ pub enum Role {
     Input,
     /// Something that is done when it is written.
     Command,
+}
+
+/// What a setting changes: what has to begin again with its new value follows from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Concern {
+    /// The node itself: which foot, its id, its bit rates, its start, its lock.
+    Node,
+    /// What is sent and received, and when.
+    Stream,
+    /// The sensor's start.
+    Sensor,
+    /// The correction of the accelerometer.
+    Correction,
+    /// The load input.
+    Load,
+    /// The estimator, beside its numbers: method, learning, window.
+    Estimator,
+    /// A number of the estimator.
+    Parameter(Parameter),
+    /// What the estimator starts with.
+    Learnt,
 }
 
 /// What may be written. A value outside a range is too high or too low, one that a list or a range
@@ -215,6 +240,11 @@ impl Choice {
             Self::CanBitRate => settings::CAN_BIT_RATES,
         }
     }
+}
+
+/// A time in s as whole µs.
+const fn micros(seconds: f32) -> Value {
+    Value::U32((seconds as f64 * 1.0e6 + 0.5) as u32)
 }
 
 fn in_range(value: Value, low: Value, high: Value) -> Result<(), AbortCode> {
@@ -324,12 +354,45 @@ impl Entry {
         Self::new(subindex, name, Role::CobId, Access::Ro, Value::U32(base))
     }
 
-    const fn setting(subindex: u8, name: &'static str, default: Value) -> Self {
-        Self::new(subindex, name, Role::Setting, Access::Rw, default)
+    const fn setting(subindex: u8, name: &'static str, concern: Concern, default: Value) -> Self {
+        Self::new(subindex, name, Role::Setting(concern), Access::Rw, default)
     }
 
-    const fn switch(subindex: u8, name: &'static str, default: u8) -> Self {
-        Self::setting(subindex, name, Value::U8(default)).range(Value::U8(0), Value::U8(1))
+    const fn switch(subindex: u8, name: &'static str, concern: Concern, default: u8) -> Self {
+        Self::setting(subindex, name, concern, Value::U8(default)).range(Value::U8(0), Value::U8(1))
+    }
+
+    /// A number by its row in the estimator's table, as REAL32.
+    const fn row(subindex: u8, name: &'static str, concern: Concern, row: Row) -> Self {
+        Self::setting(subindex, name, concern, Value::F32(row.default))
+            .range(Value::F32(row.least), Value::F32(row.most))
+            .unit(row.unit.symbol())
+    }
+
+    /// A duration by its row in the estimator's table, as whole µs.
+    const fn row_in_micros(subindex: u8, name: &'static str, concern: Concern, row: Row) -> Self {
+        assert!(matches!(row.unit, Unit::Second));
+        Self::setting(subindex, name, concern, micros(row.default))
+            .range(micros(row.least), micros(row.most))
+            .unit("µs")
+    }
+
+    const fn parameter(subindex: u8, name: &'static str, parameter: Parameter) -> Self {
+        Self::row(
+            subindex,
+            name,
+            Concern::Parameter(parameter),
+            parameter.row(),
+        )
+    }
+
+    const fn parameter_in_micros(subindex: u8, name: &'static str, parameter: Parameter) -> Self {
+        Self::row_in_micros(
+            subindex,
+            name,
+            Concern::Parameter(parameter),
+            parameter.row(),
+        )
     }
 
     const fn live(subindex: u8, name: &'static str, default: Value) -> Self {
@@ -403,7 +466,17 @@ impl Entry {
     /// Whether it is kept over power-off.
     #[must_use]
     pub const fn is_setting(&self) -> bool {
-        matches!(self.role, Role::Setting | Role::PdoCobId)
+        matches!(self.role, Role::Setting(_) | Role::PdoCobId)
+    }
+
+    /// What it changes, where it is a setting.
+    #[must_use]
+    pub const fn concern(&self) -> Option<Concern> {
+        match self.role {
+            Role::Setting(concern) => Some(concern),
+            Role::PdoCobId => Some(Concern::Stream),
+            _ => None,
+        }
     }
 
     /// Whether it can stand in a PDO.
@@ -479,6 +552,15 @@ pub fn find(address: Address) -> Result<Place, AbortCode> {
         Ok(Place::Highest(object.highest_subindex()))
     } else {
         Err(AbortCode::NoSubindex)
+    }
+}
+
+/// What the setting at an address changes; `None` where there is no setting.
+#[must_use]
+pub fn concern(address: Address) -> Option<Concern> {
+    match find(address) {
+        Ok(Place::Entry(entry, _)) => entry.concern(),
+        Ok(Place::Highest(_)) | Err(_) => None,
     }
 }
 

@@ -118,7 +118,7 @@ fn meaning(object: &Object, entry: &Entry) -> String {
 
 fn access(entry: &Entry) -> &'static str {
     match (entry.access, entry.role) {
-        (Access::Rw, Role::Setting | Role::PdoCobId) => "setting",
+        (Access::Rw, Role::Setting(_) | Role::PdoCobId) => "setting",
         (access, _) => access.name(),
     }
 }
