@@ -6,7 +6,6 @@
 //! | every object that can be read or set, with type, range and meaning | [`dictionary`] |
 //! | the values of those that are kept over power-off | [`settings`] |
 //! | CAN: the process data of a foot, one file a frame | [`pdo`] |
-//! | CAN: everything of a sample in one CAN FD frame | [`fd`] |
 //! | CAN: read and write objects | [`sdo`] |
 //! | what sequence numbers say is missing | [`sequence`] |
 //! | CAN: a CANopen device out of all these | [`node`] |
@@ -45,7 +44,6 @@ mod bytes;
 pub mod counter;
 pub mod dictionary;
 pub mod fault;
-pub mod fd;
 pub mod foot;
 pub mod frame;
 pub mod node;

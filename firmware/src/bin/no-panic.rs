@@ -26,7 +26,7 @@ use estimator_core::{
 };
 use lsm6dsox::{Config, FrequencyFine, FrozenDetector, Lsm6dsox, SensorTimestamp};
 use wire::node::BootCause;
-use wire::{CanFrame, Event, Fault, Faults, Node, Settings, fd, pdo, uart};
+use wire::{CanFrame, Event, Fault, Faults, Node, Settings, pdo, uart};
 // The vector table.
 use stm32_metapac as _;
 
@@ -539,9 +539,5 @@ fn codecs() {
     used(pdo::Rate::decode(&any()).encode());
     used(pdo::Bias::decode(&any()).encode());
     used(pdo::Health::decode(&any()).encode());
-    let bytes: [u8; 64] = any();
-    if let Some(sample) = fd::Sample::decode(&bytes) {
-        used(sample.encode());
-    }
     used(wire::Emergency::decode(&any()).encode());
 }
