@@ -40,6 +40,7 @@
 extern crate std;
 
 pub mod abort;
+mod address;
 mod bytes;
 pub mod counter;
 pub mod dictionary;
