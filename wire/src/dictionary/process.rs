@@ -3,7 +3,7 @@
 use estimator_core::Learnt;
 
 use super::settings::LEARNT;
-use super::{Access, Bounds, Entry, Object, Role, Shape, Text, index};
+use super::{Access, Entry, Object, Role, Shape, Text, index};
 use crate::counter::Counter;
 use crate::pdo::Field;
 use crate::value::Value;
@@ -78,13 +78,7 @@ const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
     entries[0] = command;
     let mut i = 0;
     while i < LEARNT.len() {
-        entries[2 + i] = Entry {
-            subindex: 3 + i as u8,
-            role: Role::Live,
-            access: Access::Ro,
-            bounds: Bounds::Any,
-            ..LEARNT[i]
-        };
+        entries[2 + i] = LEARNT[i].as_live(3 + i as u8);
         i += 1;
     }
     entries

@@ -4,7 +4,8 @@ use estimator_core::{
     AccelerometerCorrection, Learning, Learnt, Parameter, Params, Row, parameter,
 };
 
-use super::{Choice, Concern, Entry, Object, Shape, Text, index};
+use super::entry::Choice;
+use super::{Concern, Entry, Object, Shape, Text, index};
 use crate::foot::Foot;
 use crate::value::Value;
 
