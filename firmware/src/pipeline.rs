@@ -492,7 +492,7 @@ impl Foot {
         self.fading.stay(Fault::CanBusOff);
         let is_news = !self.faults().contains(Fault::CanBusOff);
         let times = self.counters.get(Counter::CanBusOff);
-        self.node.raise_withheld(Fault::CanBusOff, times);
+        self.node.raise_held_back(Fault::CanBusOff, times);
         if is_news {
             self.log(ERROR, Fault::CanBusOff.name(), ports);
         }
