@@ -173,7 +173,7 @@ impl AttitudeFilter {
         }
     }
 
-    /// Takes the first direction of up from one sample's force; tells whether there was one.
+    /// Takes the first direction of up from one sample's force; whether there was one.
     fn start(&mut self, force: Vec3, rate: Vec3, saturation: Option<Saturation>) -> bool {
         let usable = !saturation.is_some_and(Saturation::includes_accelerometer)
             && force.length() >= LEAST_FIRST_FORCE;

@@ -2,7 +2,7 @@
 //!
 //! [`Params::validate`] checks by it, and so do the object dictionary and the configuration file. A
 //! row is all that a new number needs, beside its field in [`Params`]. The numbers of a warm start
-//! have their rows in [`Learnt::ROWS`]; the constants of self-calibration, which nobody sets, are
+//! have their rows in [`Learnt::ROWS`]; the constants of self-calibration, which are no settings, are
 //! checked by the compiler.
 
 use crate::attitude::GyroTiming;

@@ -44,7 +44,7 @@ pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
 pub enum ParamsError {
     /// A number is outside its range, or not a number.
     OutOfRange {
-        /// The field's path in [`Params`]; empty on a microcontroller, to save room.
+        /// The field's path in [`Params`](crate::Params); empty on a microcontroller, to save room.
         field: &'static str,
         /// What it was set to.
         value: f32,

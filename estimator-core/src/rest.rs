@@ -471,7 +471,7 @@ mod tests {
             let mut estimator = estimator();
             feed(&mut estimator, 0.1, 20.0);
             assert_near(feed(&mut estimator, 0.1 + turn, 220.0), 0.1, 0.05);
-            // And every rest in between begins the count anew.
+            // And every rest in between begins the count again.
             feed(&mut estimator, 0.1, 5.0);
             assert_near(feed(&mut estimator, 0.1 + turn, 220.0), 0.1, 0.05);
         }

@@ -128,7 +128,7 @@ faults! {
     /// Received UART bytes were lost.
     UartOverrun = 20, 0x81F0, "UART overrun", COMMUNICATION, unaffected, "frames or bytes lost so far, at least";
     // Number 21 was that of a fault that is no longer there.
-    /// The load over RPDO1 has stayed away.
+    /// No load came over RPDO1 within its event timer.
     PdoTimeout = 22, 0x8250, "received PDO has stayed away", COMMUNICATION, unaffected, "event timer, ms";
     /// The gyroscope shows more at rest than can be learnt as its bias.
     GyroBias = 23, 0x7009, "gyroscope bias too large", MANUFACTURER, unaffected, "angular rate at rest, 0.001 °/s";

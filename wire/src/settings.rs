@@ -40,13 +40,13 @@ pub struct LoadInput {
 pub enum Trigger {
     /// Never.
     Off,
-    /// Every so many ticks of 1 ms.
+    /// Every N ticks of 1 ms.
     Ticks(u16),
-    /// With every so-many-th SYNC.
+    /// With every N-th SYNC.
     Sync(u8),
 }
 
-/// How often the UART sends a kind of message: every so many ticks, or never with 0.
+/// How often the UART sends a kind of message: every N ticks, or never with 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UartStreams {
     /// The contact.
@@ -448,7 +448,7 @@ impl Settings {
     }
 }
 
-/// The longest a data frame of so many bytes can be on the bus, bits: 34 bits are stuffed before the
+/// The longest a data frame of N bytes can be on the bus, bits: 34 bits are stuffed before the
 /// data, one more with every four bits after the first; then delimiter, acknowledgement, end of
 /// frame and the space between frames. (Davis, Burns, Bril, Lukkien: *Controller Area Network (CAN)
 /// schedulability analysis*, 2007, equation 1.)

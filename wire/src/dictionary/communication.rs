@@ -30,7 +30,7 @@ const fn tpdo(pdo: Pdo) -> [Entry; 3] {
         )
         .range(Value::U16(0), Value::U16(10_000))
         .unit("ms")
-        .doc("one frame in so many ticks; 0: not sent by the timer"),
+        .doc("one frame in N ticks; 0: not sent by the timer"),
     ]
 }
 

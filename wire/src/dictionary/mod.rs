@@ -66,7 +66,7 @@ impl Object {
 /// What is found at an address.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// A value, and its place among the settings where it is one.
+    /// A value, and its index among the settings where it is one.
     Entry(&'static Entry, Option<usize>),
     /// The highest sub-index of an object.
     Highest(u8),
@@ -120,7 +120,7 @@ pub fn settings() -> impl Iterator<Item = (Address, &'static Entry)> {
     entries().filter(|(_, entry)| entry.is_setting())
 }
 
-/// The place among the settings of the one at an address. Evaluated by the compiler only, which
+/// The index among the settings of the one at an address. Evaluated by the compiler only, which
 /// would report a setting that there is not.
 #[allow(clippy::indexing_slicing, clippy::panic)]
 pub(crate) const fn slot_of(index: u16, subindex: u8) -> usize {
@@ -185,7 +185,7 @@ pub const PDO_OFF: u32 = 1 << 31;
 /// Bit 30 of a PDO's identifier: remote frames are not answered.
 pub const PDO_NO_REMOTE: u32 = 1 << 30;
 
-/// Tells the device from others of the same vendor: "foot".
+/// Differs from those of other devices of the vendor: "foot".
 pub const PRODUCT_CODE: u32 = u32::from_be_bytes(*b"foot");
 /// No vendor id has been assigned to this project.
 pub const VENDOR_ID: u32 = 0;

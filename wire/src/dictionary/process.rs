@@ -1,4 +1,4 @@
-//! From 0x2100 on: what the foot measures, what it knows, and what it can be told to do.
+//! From 0x2100 on: what the foot measures, what it knows, and the commands that it takes.
 
 use estimator_core::Learnt;
 

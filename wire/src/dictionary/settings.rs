@@ -199,7 +199,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::UART_STREAMS,
         name: Text::new("UART streams"),
         shape: Shape::Array,
-        doc: Text::new("one message in so many ticks; 0: none"),
+        doc: Text::new("one message in N ticks; 0: none"),
         entries: &[
             Entry::setting(1, "Contact", Concern::Stream, Value::U16(1)).unit("ms"),
             Entry::setting(2, "Raw sample", Concern::Stream, Value::U16(0)).unit("ms"),

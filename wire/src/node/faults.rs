@@ -40,8 +40,8 @@ impl Node {
         let newest = u32::from(fault.code()) | u32::from(fault.number()) << 16;
         let history = self.device.history.iter_mut();
         history.fold(newest, |moved, entry| core::mem::replace(entry, moved));
-        if let Some(place) = self.details.get_mut(usize::from(fault.number())) {
-            *place = detail;
+        if let Some(kept) = self.details.get_mut(usize::from(fault.number())) {
+            *kept = detail;
         }
     }
 

@@ -91,7 +91,7 @@ pub struct Node {
 const NODE_ID: Address = Address::new(index::NODE_ID, 0);
 
 impl Node {
-    /// A node that has not booted yet. `serial` tells this board from all others.
+    /// A node that has not booted yet. `serial` is that of the board.
     #[must_use]
     pub fn new(settings: Settings, serial: u32) -> Self {
         let id = settings.node_id();
@@ -333,7 +333,7 @@ impl Node {
     ) {
         self.ticks = self.ticks.wrapping_add(1);
         self.device.counters = *counters;
-        // Field by field: it is large, and made in its place.
+        // Field by field: it is large, and is not to be copied.
         let snapshot = &mut self.device.snapshot;
         snapshot.estimate = *estimate;
         snapshot.temperature = temperature;

@@ -18,7 +18,7 @@ use crate::value::Value;
 /// | 6 | fault: the sensor cannot be believed |
 /// | 7 | starting: the window is not full, or up is not yet known |
 ///
-/// A status that is not valid never says "stable", whoever made it and whatever bits came in:
+/// A status that is not valid never says "stable", however it was made and whatever bits came in:
 /// neither as decision nor as a phase that rests on one. With a fault the phase is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
@@ -62,7 +62,7 @@ impl Status {
         if !status.is_valid() {
             status.0 &= !DECISION;
             let rests = matches!(status.phase(), Phase::Stance | Phase::QuietSwing);
-            // With a fault nobody knows whether the foot moves either.
+            // With a fault it is not known either whether the foot moves.
             if rests || status.has_fault() {
                 status.0 = status.0 & !PHASE | Phase::Unknown as u8;
             }

@@ -75,7 +75,7 @@ pub(super) const fn mapping<const N: usize>(fields: &[Field; N]) -> [Mapped; N] 
     mapping
 }
 
-/// The signals of a frame, each at its place.
+/// The signals of a frame, each with its lowest bit in the frame.
 pub(super) fn signals(fields: &'static [Field]) -> impl Iterator<Item = (Field, Signal)> {
     let mut end = 0;
     fields.iter().flat_map(move |field| {

@@ -28,7 +28,7 @@ fn from_bytes([a0, a1, b0, b1, c0, c1, d0, d1]: [u8; 8]) -> [u16; 4] {
     [[a0, a1], [b0, b1], [c0, c1], [d0, d1]].map(u16::from_le_bytes)
 }
 
-/// Whether anybody knows how the foot moves: no fault of the sensor voids the estimate, up is
+/// Whether the motion of the foot is known: no fault of the sensor voids the estimate, up is
 /// known, and the newest sample is one.
 fn is_known(estimate: &ContactEstimate, faults: Faults) -> bool {
     let unknown = [

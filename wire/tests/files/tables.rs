@@ -9,7 +9,7 @@ use wire::dictionary::{Access, Entry, Limits, OBJECTS, Object, Role, Shape, inde
 use wire::pdo::Kind;
 use wire::{AbortCode, Fault, Foot, Pdo, Value};
 
-/// The text with every table between `<!-- table NAME -->` and `<!-- end -->` made anew.
+/// The text with every table between `<!-- table NAME -->` and `<!-- end -->` made again.
 pub fn update(readme: &str) -> String {
     let mut parts = readme.split("<!-- table ");
     let mut updated = parts.next().unwrap_or_default().to_string();
