@@ -68,9 +68,7 @@ pub struct AttitudeFilter {
 
 impl AttitudeFilter {
     /// A filter that has seen nothing yet.
-    #[must_use]
-    pub fn new<const CAPACITY: usize>(config: &crate::Config<CAPACITY>) -> Self {
-        let coefficients = config.attitude;
+    pub(crate) fn with_coefficients(coefficients: AttitudeCoefficients) -> Self {
         Self {
             coefficients,
             previous: None,

@@ -1,6 +1,6 @@
 //! From parameters to what the estimator computes with: [`Params::validate`].
 
-use crate::attitude::{AttitudeCoefficients, GyroTiming};
+use crate::attitude::{AttitudeCoefficients, AttitudeFilter, GyroTiming};
 use crate::axis::PerAxis;
 use crate::kernel::Kernel;
 use crate::parameter;
@@ -81,6 +81,14 @@ impl<const CAPACITY: usize> Config<CAPACITY> {
     #[must_use]
     pub const fn window_length(&self) -> usize {
         self.window_length
+    }
+}
+
+impl AttitudeFilter {
+    /// A filter that has seen nothing yet.
+    #[must_use]
+    pub fn new<const CAPACITY: usize>(config: &Config<CAPACITY>) -> Self {
+        Self::with_coefficients(config.attitude)
     }
 }
 

@@ -20,9 +20,9 @@ use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use estimator_core::stillness::{GravityErrorParams, QuantityParams, SlideParams};
 use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, ContactEstimator, DecisionParams, Gravity,
-    ImuSample, Learning, Learnt, Load, LoadParams, Method, Params, PerAxis, Phase, Probabilities,
-    Quaternion, RestParams, Saturation, SpecificForce, StillnessParams, Timestamp, Validity, Vec3,
-    WindowLength,
+    ImuSample, Learning, Learnt, Load, LoadParams, Method, Parameter, Params, PerAxis, Phase,
+    Probabilities, Quaternion, RestParams, Saturation, SpecificForce, StillnessParams, Timestamp,
+    Validity, Vec3, WindowLength,
 };
 use lsm6dsox::{Config, FrequencyFine, FrozenDetector, Lsm6dsox, SensorTimestamp};
 use wire::node::BootCause;
@@ -287,7 +287,13 @@ fn any_faults() -> Faults {
 }
 
 fn estimator() {
-    let Ok(config) = any_params().validate::<256>() else {
+    let mut params = any_params();
+    for parameter in Parameter::ALL.into_iter().filter(|_| any_bool()) {
+        parameter.set(&mut params, any());
+        used(parameter.get(&params));
+        used(parameter.row());
+    }
+    let Ok(config) = params.validate::<256>() else {
         return;
     };
     let mut estimator = ContactEstimator::new(&config);
@@ -505,6 +511,7 @@ fn node() {
                 used(accelerometer.apply(any_sample().specific_force));
             }
             7 => node.set_learnt(any_learnt()),
+            8 => used(wire::dictionary::concern(wire::Address::new(any(), any()))),
             _ => used(node.settings().params().validate::<256>()),
         }
     }

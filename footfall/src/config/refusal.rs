@@ -1,8 +1,9 @@
 //! A refused parameter in the words of whoever set it: option or key, unit and file.
 
-use estimator_core::{Axis, Method, Parameter, Params, ParamsError, Unit, WindowLength, parameter};
+use estimator_core::{Axis, Method, Parameter, Params, ParamsError, WindowLength};
 use thiserror::Error;
 
+use super::numbers::Written;
 use super::{Overrides, SensorOverrides};
 use crate::input::csv::{MICROSECONDS_HINT, MILLISECONDS_HINT};
 use crate::number::shown;
@@ -126,9 +127,9 @@ impl Origins<'_> {
             "load.off_threshold is {} ({}), which is above load.on_threshold, {} ({}): \
              a load that ends a stance must not exceed the one that starts it",
             shown(params.load.off_threshold),
-            origin(load.off_threshold),
+            origin(load.get(Parameter::LoadOffThreshold)),
             shown(params.load.on_threshold),
-            origin(load.on_threshold),
+            origin(load.get(Parameter::LoadOnThreshold)),
         )
     }
 
@@ -176,59 +177,6 @@ struct Name {
     key: String,
     axis: Option<&'static str>,
     written: Written,
-}
-
-/// How a number is written: in the unit of the table of limits, or in ms.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Written {
-    As(Unit),
-    /// Although the field is in s.
-    Milliseconds,
-}
-
-impl Written {
-    /// How the field of this name is written.
-    fn of(field: &str) -> Self {
-        if [parameter::WINDOW.name, parameter::GYRO_DELAY.name].contains(&field) {
-            return Self::Milliseconds;
-        }
-        // What was learnt stands under the names of its fields, which have no unit.
-        let mut rows = Parameter::ALL.into_iter().map(Parameter::row);
-        let row = rows.find(|row| row.name == field);
-        Self::As(row.map_or(Unit::One, |row| row.unit))
-    }
-
-    /// A field's value as a person writes it.
-    fn number(self, value: f32) -> String {
-        match self {
-            // By way of decimals: 1e-4 s in binary are not quite 0.1 ms.
-            Self::Milliseconds => match value.to_string().parse::<f64>() {
-                Ok(seconds) => shown((1.0e3 * seconds) as f32),
-                Err(_) => shown(1.0e3 * value),
-            },
-            Self::As(_) => shown(value),
-        }
-    }
-
-    /// The end of the key; loads have none, whose unit is that of the recording.
-    const fn suffix(self) -> &'static str {
-        match self {
-            Self::As(Unit::Hertz) => "_hz",
-            Self::As(Unit::Second) => "_s",
-            Self::As(Unit::MetrePerSecondSquared) => "_m_s2",
-            Self::As(Unit::RadianPerSecond) => "_rad_s",
-            _ => "",
-        }
-    }
-
-    /// The unit after a number; nothing where the key has none either.
-    fn symbol(self) -> String {
-        match self {
-            Self::Milliseconds => " ms".to_owned(),
-            Self::As(unit) if !self.suffix().is_empty() => format!(" {}", unit.symbol()),
-            Self::As(_) => String::new(),
-        }
-    }
 }
 
 impl Name {
