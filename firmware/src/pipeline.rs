@@ -14,7 +14,7 @@ use estimator_core::{
     Learnt, Load, Params, ParamsError, Timestamp, Validity,
 };
 use lsm6dsox::scale::FullScale;
-use wire::dictionary::index;
+use wire::dictionary::{self, Concern};
 use wire::node::{BootCause, Calibration, Crash, State};
 use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadSource, WINDOW_CAPACITY};
@@ -387,13 +387,16 @@ impl Foot {
 
     fn act<M: RawMutex>(&mut self, event: Event, asker: Asker, ports: &Ports<M>) {
         match event {
-            Event::Changed(address) => {
-                if address.index == index::LEARNT {
-                    self.renew(Renewal::Restart);
-                } else if (index::WINDOW..=index::ACCELEROMETER).contains(&address.index) {
-                    self.renew(Renewal::Continue);
-                }
-            }
+            Event::Changed(address) => match dictionary::concern(address) {
+                Some(Concern::Learnt) => self.renew(Renewal::Restart),
+                Some(
+                    Concern::Correction
+                    | Concern::Load
+                    | Concern::Estimator
+                    | Concern::Parameter(_),
+                ) => self.renew(Renewal::Continue),
+                Some(Concern::Node | Concern::Stream | Concern::Sensor) | None => {}
+            },
             Event::Store => {
                 let request = Request::Store(self.settings().clone(), self.erase());
                 self.store(asker, request, ports);
@@ -489,7 +492,7 @@ impl Foot {
         self.fading.stay(Fault::CanBusOff);
         let is_news = !self.faults().contains(Fault::CanBusOff);
         let times = self.counters.get(Counter::CanBusOff);
-        self.node.raise_withheld(Fault::CanBusOff, times);
+        self.node.raise_held_back(Fault::CanBusOff, times);
         if is_news {
             self.log(ERROR, Fault::CanBusOff.name(), ports);
         }

@@ -191,7 +191,10 @@ fn a_configuration_is_kept_and_what_is_found_replaces_what_it_says() {
     bench.stdout("calibrate rests.csv --rests --config robot.toml --output robot.toml");
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
-    assert_eq!(overrides.load.on_threshold, Some(20.0));
+    let on = overrides
+        .load
+        .get(estimator_core::Parameter::LoadOnThreshold);
+    assert_eq!(on, Some(20.0));
     let learnt = learnt(&bench, "robot.toml");
     assert!(learnt.is_settled() && learnt.rate.width != 0.3);
     assert_eq!(overrides.learning, Some(Learning::Frozen));

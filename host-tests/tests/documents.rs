@@ -85,7 +85,9 @@ fn problem(from: &Path, link: &Link<'_>) -> Option<String> {
     if to.is_dir() {
         return None;
     }
-    let is_text = to.extension().is_some_and(|kind| kind == "md" || kind == "rs");
+    let is_text = to
+        .extension()
+        .is_some_and(|kind| kind == "md" || kind == "rs");
     if !is_text {
         return None;
     }
@@ -132,6 +134,9 @@ fn a_link_is_judged_by_its_file_its_heading_and_its_name() {
     assert!(judged("x", "no-such-file.md").is_some());
     assert!(judged("x", "#no-such-heading").is_some());
     assert_eq!(judged("x", "#what-has-run-where"), None);
-    assert_eq!(judged("`host_tests::oracle`", "host-tests/src/lib.rs"), None);
+    assert_eq!(
+        judged("`host_tests::oracle`", "host-tests/src/lib.rs"),
+        None
+    );
     assert!(judged("`host_tests::no_such`", "host-tests/src/lib.rs").is_some());
 }

@@ -146,12 +146,12 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
                 !taken || allowed && is_writable,
                 "{place}: {data:02x?} was taken"
             );
-            let is_setting = matches!(entry.role, Role::Setting | Role::PdoCobId);
+            let is_setting = matches!(entry.role, Role::Setting(_) | Role::PdoCobId);
             assert!(
                 !taken || !is_setting || may_set,
                 "{place}: a setting changed while process data flow"
             );
-            if taken && entry.role == Role::Setting {
+            if taken && matches!(entry.role, Role::Setting(_)) {
                 let answer = ask(board, read, PROMPT_MS).expect("an answer");
                 assert_eq!(answer[4..4 + data.len()], data[..], "{place} reads back");
                 let back = ask(board, write(address, &bytes(entry.default)), PROMPT_MS);

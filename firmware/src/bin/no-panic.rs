@@ -20,13 +20,13 @@ use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use estimator_core::stillness::{GravityErrorParams, QuantityParams, SlideParams};
 use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, ContactEstimator, DecisionParams, Gravity,
-    ImuSample, Learning, Learnt, Load, LoadParams, Method, Params, PerAxis, Phase, Probabilities,
-    Quaternion, RestParams, Saturation, SpecificForce, StillnessParams, Timestamp, Validity, Vec3,
-    WindowLength,
+    ImuSample, Learning, Learnt, Load, LoadParams, Method, Parameter, Params, PerAxis, Phase,
+    Probabilities, Quaternion, RestParams, Saturation, SpecificForce, StillnessParams, Timestamp,
+    Validity, Vec3, WindowLength,
 };
 use lsm6dsox::{Config, FrequencyFine, FrozenDetector, Lsm6dsox, SensorTimestamp};
 use wire::node::BootCause;
-use wire::{CanFrame, Event, Fault, Faults, Node, Settings, fd, pdo, uart};
+use wire::{CanFrame, Event, Fault, Faults, Node, Settings, pdo, uart};
 // The vector table.
 use stm32_metapac as _;
 
@@ -287,7 +287,13 @@ fn any_faults() -> Faults {
 }
 
 fn estimator() {
-    let Ok(config) = any_params().validate::<256>() else {
+    let mut params = any_params();
+    for parameter in Parameter::ALL.into_iter().filter(|_| any_bool()) {
+        parameter.set(&mut params, any());
+        used(parameter.get(&params));
+        used(parameter.row());
+    }
+    let Ok(config) = params.validate::<256>() else {
         return;
     };
     let mut estimator = ContactEstimator::new(&config);
@@ -505,6 +511,7 @@ fn node() {
                 used(accelerometer.apply(any_sample().specific_force));
             }
             7 => node.set_learnt(any_learnt()),
+            8 => used(wire::dictionary::concern(wire::Address::new(any(), any()))),
             _ => used(node.settings().params().validate::<256>()),
         }
     }
@@ -539,9 +546,5 @@ fn codecs() {
     used(pdo::Rate::decode(&any()).encode());
     used(pdo::Bias::decode(&any()).encode());
     used(pdo::Health::decode(&any()).encode());
-    let bytes: [u8; 64] = any();
-    if let Some(sample) = fd::Sample::decode(&bytes) {
-        used(sample.encode());
-    }
     used(wire::Emergency::decode(&any()).encode());
 }

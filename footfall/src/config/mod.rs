@@ -70,13 +70,14 @@
 //! foot has the values of `[learnt]` in its object 0x2018 and those of `[accelerometer]` in 0x2017; it
 //! learns its gyroscope's bias by itself.
 //!
-//! The attitude filter's keys, in the tables `[attitude]` and `[attitude.rest]`, are those of
-//! [`AttitudeOverrides`] and [`RestOverrides`].
+//! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]` and `[load]` are the names in the
+//! estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`, `_m_s2` or
+//! `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
 
-mod attitude;
 mod axes;
 mod correction;
 mod learnt;
+mod numbers;
 mod preset;
 mod refusal;
 mod value;
@@ -88,10 +89,10 @@ use recordings::input::Correction;
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
-pub use attitude::{AttitudeOverrides, RestOverrides};
 pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
 pub use correction::{AccelerometerOverrides, GyroscopeOverrides};
 pub use learnt::{ClassesValues, LearntValues};
+pub use numbers::Numbers;
 pub use preset::Preset;
 pub use refusal::{Origins, RateOrigin, Refusal};
 pub use value::{
@@ -128,8 +129,8 @@ pub struct Overrides {
     #[serde(default)]
     pub half_width: SensorOverrides,
     /// The attitude filter.
-    #[serde(default)]
-    pub attitude: AttitudeOverrides,
+    #[serde(default, deserialize_with = "numbers::attitude")]
+    pub attitude: Numbers,
     /// What is wrong with the accelerometer that recorded.
     #[serde(default)]
     pub accelerometer: AccelerometerOverrides,
@@ -137,33 +138,11 @@ pub struct Overrides {
     #[serde(default)]
     pub gyroscope: GyroscopeOverrides,
     /// The debounced decision.
-    #[serde(default)]
-    pub decision: DecisionOverrides,
+    #[serde(default, deserialize_with = "numbers::decision")]
+    pub decision: Numbers,
     /// The load trigger.
-    #[serde(default)]
-    pub load: LoadOverrides,
-}
-
-/// When the probability becomes a yes or a no.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct DecisionOverrides {
-    /// The probability above which contact counts as stable.
-    pub threshold: Option<f32>,
-    /// How long it must be above before the decision is "stable", s.
-    pub on_delay_s: Option<f32>,
-    /// How long it must be below before the decision is "not stable", s.
-    pub off_delay_s: Option<f32>,
-}
-
-/// When the foot counts as loaded, in the unit of the load signal.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct LoadOverrides {
-    /// Loaded from this load on.
-    pub on_threshold: Option<f32>,
-    /// No longer loaded below this load.
-    pub off_threshold: Option<f32>,
+    #[serde(default, deserialize_with = "numbers::load")]
+    pub load: Numbers,
 }
 
 /// Why a configuration file cannot be used.
@@ -230,12 +209,9 @@ impl Overrides {
         set(&mut params.window, self.window);
         self.bandwidth.apply(&mut params.bandwidth);
         self.half_width.apply(&mut params.half_width);
-        self.attitude.apply(&mut params.attitude);
-        set(&mut params.decision.threshold, self.decision.threshold);
-        set(&mut params.decision.on_delay, self.decision.on_delay_s);
-        set(&mut params.decision.off_delay, self.decision.off_delay_s);
-        set(&mut params.load.on_threshold, self.load.on_threshold);
-        set(&mut params.load.off_threshold, self.load.off_threshold);
+        for numbers in [&self.attitude, &self.decision, &self.load] {
+            numbers.apply(params);
+        }
     }
 }
 
