@@ -33,15 +33,6 @@ pub fn assert_current(path: &Path, expected: &str) {
     );
 }
 
-/// Checks that a block of the repository's README holds just `content`, as [`assert_current`]
-/// does with a whole file.
-///
-/// # Panics
-/// Where it does not, or where there is no such block.
-pub fn assert_readme_block(name: &str, content: &str) {
-    assert_block("README.md", name, content);
-}
-
 /// Checks that a block of a Markdown file in the repository holds just `content`.
 ///
 /// # Panics

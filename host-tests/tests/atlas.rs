@@ -2,7 +2,7 @@
 //! and the figures that the method is known by.
 
 use estimator_core::{ContactEstimate, Params};
-use host_tests::committed::assert_readme_block;
+use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
 use recordings::input::{self, Format, Hints};
@@ -111,5 +111,5 @@ fn the_readme_states_what_the_recordings_give() {
             worst_parity(&recording, &estimates)
         );
     }
-    assert_readme_block("atlas", &table);
+    assert_block("docs/evaluation.md", "atlas", &table);
 }

@@ -10,7 +10,7 @@ use estimator_core::{
 use gait::plan::{GaitName, Ground, Plan};
 use gait::sensor::{self, AxisErrors};
 use gait::{Activity, SensorParams, Simulation, Track, simulate};
-use host_tests::committed::assert_readme_block;
+use host_tests::committed::assert_block;
 use recordings::space::{Rotation, Vector};
 use scoring::inclination::inclination_error_degrees;
 
@@ -329,5 +329,5 @@ fn a_foot_with_a_poor_sensor_or_lost_samples_keeps_its_motion_right_in_stance() 
             walk.tilt, trot.tilt, run.tilt, walk.acceleration, walk.rate
         );
     }
-    assert_readme_block("degraded", &table);
+    assert_block("docs/evaluation.md", "degraded", &table);
 }

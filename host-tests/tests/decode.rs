@@ -12,7 +12,7 @@ use footfall::files::write_file;
 use footfall::walking_foot::{Transmission, settings, walk_with};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, Simulation, simulate};
-use host_tests::committed::{assert_readme_block, workspace};
+use host_tests::committed::{assert_block, workspace};
 use host_tests::requirements::unmet;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -223,7 +223,7 @@ fn can_gives_back_every_time_probability_and_state_of_the_demo() {
 #[test]
 fn the_readme_shows_what_is_printed_of_the_demo() {
     let report = decoded(demo().can_log().as_bytes()).report;
-    assert_readme_block("decode", &format!("```text\n{report}\n```\n"));
+    assert_block("README.md", "decode", &format!("```text\n{report}\n```\n"));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use footfall::evaluate::{brief_table, full_tables, histogram, reliability, table::Style};
-use host_tests::committed::{assert_block, assert_current, assert_readme_block, workspace};
+use host_tests::committed::{assert_block, assert_current, workspace};
 use host_tests::datasets::recorded;
 use scoring::evaluation::Evaluation;
 use scoring::method::{Causality, Method};
@@ -160,7 +160,8 @@ fn the_readme_shows_how_the_methods_compare() {
     let atlas = |method| on_atlas(evaluation, method).rmse;
     let sets = |method| mean(evaluation, method).rmse;
     let (ours, paper, shoe) = (Method::Default, Method::Paper, Method::PublishedShoe);
-    assert_readme_block(
+    assert_block(
+        "README.md",
         "evaluate",
         &format!(
             "{}\nSo over the three ATLAS files together the default preset has an RMSE of {:.3}, \

@@ -7,7 +7,7 @@ use estimator_core::{AttitudeFilter, Params, Validity};
 use gait::sensor::{AxisErrors, GRAVITY, Temperature};
 use gait::step::Step;
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
-use host_tests::committed::assert_readme_block;
+use host_tests::committed::assert_block;
 use scoring::inclination::inclination_error_degrees;
 
 /// An accelerometer whose bias at 25 °C is calibrated away, and which warms up by 30 °C: its bias
@@ -126,7 +126,7 @@ fn in_ten_minutes_of_any_gait_the_quiet_stances_keep_little_of_gravity_while_the
             moments.len()
         );
     }
-    assert_readme_block("feet", &table);
+    assert_block("docs/evaluation.md", "feet", &table);
 }
 
 #[test]

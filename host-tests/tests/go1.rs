@@ -3,7 +3,7 @@
 
 use estimator_core::{ContactEstimate, Load, Params};
 use host_tests::changed::stood;
-use host_tests::committed::assert_readme_block;
+use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use recordings::input::{self, Format, Hints};
 use recordings::recording::{RecordedSample, Recording};
@@ -166,5 +166,5 @@ fn the_readme_states_every_peak() {
             table += &format!("| {name} | {preset} | {} |\n", peaks.join(" · "));
         }
     }
-    assert_readme_block("go1", &table);
+    assert_block("docs/evaluation.md", "go1", &table);
 }

@@ -4,7 +4,7 @@
 use estimator_core::{Method, Params};
 use firmware::imu::default_params;
 use gait::{GaitName, Ground, Plan, SensorParams, Simulation, simulate};
-use host_tests::committed::assert_readme_block;
+use host_tests::committed::assert_block;
 use host_tests::slips::{Profile, SPEEDS, Score, profiles};
 
 /// Of each walk, s.
@@ -138,5 +138,5 @@ fn slips_are_found_soon_and_good_stances_are_left_alone() {
     assert_eq!(one.not_ready, 0);
     // The grid is hard enough to show a difference.
     assert!(one.missed() > 10 * default.missed());
-    assert_readme_block("slip", &table);
+    assert_block("docs/evaluation.md", "slip", &table);
 }

@@ -1,11 +1,11 @@
-//! The README's picture and the figures that no other test makes.
+//! The README's picture, and the figures of the demo.
 
 use estimator_core::{ContactEstimate, Flag};
 use firmware::imu::default_params;
 use footfall::plot;
 use gait::plan::DEMO_SEED;
 use gait::{Activity, Plan, SensorParams, record, simulate};
-use host_tests::committed::{assert_current, assert_readme_block, workspace};
+use host_tests::committed::{assert_block, assert_current, workspace};
 use recordings::recording::Recording;
 use recordings::replay::replay;
 use scoring::metrics::{Latency, Metrics};
@@ -77,5 +77,5 @@ fn the_demos_figures_are_what_the_demo_prints() {
         latency(&metrics.latency_on),
         latency(&metrics.latency_off),
     );
-    assert_readme_block("demo", &table);
+    assert_block("docs/evaluation.md", "demo", &table);
 }
