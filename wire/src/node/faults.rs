@@ -3,7 +3,7 @@
 use canopen_rs::NmtState;
 
 use super::Node;
-use crate::fault::{Emergency, Fault};
+use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::cob_id;
 use crate::frame::CanFrame;
 
@@ -56,7 +56,7 @@ impl Node {
         Some(CanFrame::of(id, emergency.encode()))
     }
 
-    fn report(&mut self, fault: Fault) -> Option<CanFrame> {
+    pub(super) fn report(&mut self, fault: Fault) -> Option<CanFrame> {
         let id = self.id_for_emergencies()?;
         self.reported = self.reported.with(fault);
         let detail = self.details.get(usize::from(fault.number())).copied();
@@ -74,14 +74,10 @@ impl Node {
         }
     }
 
-    /// The emergency message of a fault that none was sent of yet and that is not held back.
+    /// The faults of which no emergency message was sent yet, and none is held back.
     #[inline]
-    pub(super) fn report_next(&mut self) -> Option<CanFrame> {
+    pub(super) const fn unreported(&self) -> Faults {
         let reportable = self.device.faults.without_all(self.held_back);
-        let unreported = reportable.without_all(self.reported);
-        if unreported.is_empty() {
-            return None;
-        }
-        self.report(unreported.iter().next()?)
+        reportable.without_all(self.reported)
     }
 }

@@ -363,7 +363,11 @@ impl Node {
         if let Some(heartbeat) = self.heartbeat(id) {
             send(heartbeat);
         }
-        if let Some(emergency) = self.report_next() {
+        let unreported = self.unreported();
+        if !unreported.is_empty()
+            && let Some(fault) = unreported.iter().next()
+            && let Some(emergency) = self.report(fault)
+        {
             send(emergency);
         }
     }
