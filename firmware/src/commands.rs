@@ -1,93 +1,81 @@
 //! Requests over UART: bytes become messages, messages become answers.
 //!
-//! The low end runs with the UART and may be as slow as it likes: [`UartReceiver`] finds frames,
-//! counts what it must refuse and lets requests pass. The high end, [`answer`], runs in the tick
-//! that takes the request in, and follows the rules of the object dictionary: the same as over SDO.
+//! [`UartReceiver`] runs with the UART, without a deadline: it finds frames, counts those that it
+//! refuses and passes requests on. [`answer`] runs in the tick that takes the request in, and follows
+//! the rules of the object dictionary: the same as over SDO.
 
-use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Decoder, Message, NmtRequest};
+use wire::uart::{Answer, ConfigResponse, Decoder, Message, NmtRequest};
 use wire::{AbortCode, Address, Event, Node};
 
-use crate::ports::Input;
-
-/// What can be asked for over the UART. Much smaller than a [`Message`] of any kind, and it is moved
-/// several times until it is answered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Question {
-    /// For an object's value.
-    Get(ConfigGet),
-    /// To change an object's value.
-    Set(ConfigSet),
-    /// To change the NMT state.
-    Nmt(NmtRequest),
-}
+use crate::ports::{Input, UartRequest};
 
 /// Finds requests in the bytes of the UART.
 #[derive(Clone, Debug, Default)]
 pub struct UartReceiver {
     decoder: Decoder,
-    /// Frames that were sound but are no requests.
-    strange: u32,
+    /// Sound frames that are no requests.
+    unexpected: u32,
     reported: u32,
 }
 
 impl UartReceiver {
-    /// A receiver that has seen nothing yet.
+    /// A receiver before its first byte.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes in a byte: at the end of a request, the request.
+    /// Takes in a byte; returns a request at its last byte.
     pub fn push(&mut self, byte: u8) -> Option<Input> {
         let frame = self.decoder.push(byte)?.ok()?;
-        let question = match frame.message {
-            Message::ConfigGet(get) => Question::Get(get),
-            Message::ConfigSet(set) => Question::Set(set),
-            Message::Nmt(request) => Question::Nmt(request),
+        let request = match frame.message {
+            Message::ConfigGet(get) => UartRequest::Get(get),
+            Message::ConfigSet(set) => UartRequest::Set(set),
+            Message::Nmt(request) => UartRequest::Nmt(request),
             _ => {
-                self.strange = self.strange.wrapping_add(1);
+                self.unexpected = self.unexpected.wrapping_add(1);
                 return None;
             }
         };
-        Some(Input::Uart(question))
+        Some(Input::Uart(request))
     }
 
-    /// How many frames were refused since this was last asked, where there are any. To be asked
-    /// once for each piece of bytes, so that a flood of garbage makes no flood of reports.
+    /// The frames refused since the last call, where there are any. Called once for each piece of
+    /// bytes, so that a flood of garbage makes no flood of reports.
     pub fn refused(&mut self) -> Option<Input> {
-        let refused = self.decoder.drops().refused().wrapping_add(self.strange);
+        let refused = self.decoder.drops().refused().wrapping_add(self.unexpected);
         let new = refused.wrapping_sub(self.reported);
         self.reported = refused;
         (new > 0).then_some(Input::UartRefused(new))
     }
 }
 
-/// What comes of a request.
+/// The result of a request.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
+pub struct UartReply {
     /// The answer to send at once; a store or a restore is answered when it is done.
     pub response: Option<ConfigResponse>,
-    /// What is to be done about it.
+    /// What the foot has to do for it.
     pub event: Option<Event>,
-    /// The object it was about.
+    /// The object that was requested.
     pub address: Option<Address>,
 }
 
-/// Does what a request over UART asks for.
-pub fn answer(node: &mut Node, request: &Question) -> Outcome {
+/// Executes a request over UART.
+pub fn answer(node: &mut Node, request: &UartRequest) -> UartReply {
     match request {
-        Question::Get(get) => {
+        UartRequest::Get(get) => {
             let answer = match node.read(get.address) {
                 Ok(value) => Answer::Value(value.into()),
                 Err(code) => Answer::Refused(code),
             };
-            Outcome {
+            UartReply {
                 response: Some(respond(get.address, answer)),
                 event: None,
                 address: Some(get.address),
             }
         }
-        Question::Set(set) => {
+        UartRequest::Set(set) => {
             let (answer, event) = match node.write(set.address, set.value.as_bytes()) {
                 Ok(event @ Some(Event::Store | Event::Restore | Event::ProtectSupply)) => {
                     (None, event)
@@ -95,13 +83,13 @@ pub fn answer(node: &mut Node, request: &Question) -> Outcome {
                 Ok(event) => (Some(Answer::Done), event),
                 Err(code) => (Some(Answer::Refused(code)), None),
             };
-            Outcome {
+            UartReply {
                 response: answer.map(|answer| respond(set.address, answer)),
                 event,
                 address: Some(set.address),
             }
         }
-        Question::Nmt(NmtRequest(command)) => Outcome {
+        UartRequest::Nmt(NmtRequest(command)) => UartReply {
             response: None,
             event: node.command(*command),
             address: None,
@@ -127,7 +115,7 @@ const fn respond(address: Address, answer: Answer) -> ConfigResponse {
 mod tests {
     use super::*;
     use std::vec::Vec;
-    use wire::uart::{ContactMessage, encode};
+    use wire::uart::{ConfigGet, ContactMessage, encode};
 
     const GET: ConfigGet = ConfigGet {
         address: Address::new(0x2010, 0),
@@ -148,7 +136,7 @@ mod tests {
         let bytes: Vec<u8> = bytes.iter().flat_map(|b| b.as_bytes().to_vec()).collect();
         assert_eq!(
             pushed(&mut receiver, &bytes),
-            [Input::Uart(Question::Get(GET))]
+            [Input::Uart(UartRequest::Get(GET))]
         );
         assert_eq!(receiver.refused(), Some(Input::UartRefused(1)));
         assert_eq!(receiver.refused(), None);
@@ -164,7 +152,7 @@ mod tests {
         let sound = encode(1, &Message::ConfigGet(GET));
         assert_eq!(
             pushed(&mut receiver, sound.as_bytes()),
-            [Input::Uart(Question::Get(GET))]
+            [Input::Uart(UartRequest::Get(GET))]
         );
     }
 }

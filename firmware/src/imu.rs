@@ -1,8 +1,8 @@
-//! What the sensor said, as the estimator takes it.
+//! The sensor's samples as the estimator takes them.
 //!
 //! Sensor and estimator do not know each other; they meet here, on the foot and in every program
-//! on a host. Units are SI on both sides, so what is left to say is time and quality, and which
-//! bandwidths the sensor's setting makes.
+//! on a host. Units are SI on both sides, so what is added here is time and validity, and the
+//! bandwidths that the sensor's setting makes.
 
 use estimator_core::{
     AngularRate, ImuSample, Params, PerAxis, Saturation, SpecificForce, Timestamp, Validity, Vec3,
@@ -12,7 +12,7 @@ use lsm6dsox::{Config, Noise, RawSample, Sample};
 /// How the foot sets its sensor.
 pub const SENSOR: Config = Config::FRESH_KILOHERTZ;
 
-/// The estimator's parameters where nothing else is said: its defaults, with the bandwidths of
+/// The estimator's default parameters for this sensor: its own defaults, with the bandwidths of
 /// [`SENSOR`].
 #[must_use]
 pub fn default_params() -> Params {
@@ -32,7 +32,7 @@ pub fn imu_sample(raw: &RawSample, timestamp: Timestamp) -> ImuSample {
     }
 }
 
-/// What stands in for a sample that could not be read at `timestamp`.
+/// An invalid sample, for one that could not be read at `timestamp`.
 #[must_use]
 pub fn missing_sample(timestamp: Timestamp) -> ImuSample {
     ImuSample {

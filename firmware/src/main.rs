@@ -1,6 +1,6 @@
-//! What runs on the foot, from top to bottom as a sample goes: the board starts, the sampling loop
+//! The foot's program, from top to bottom as a sample goes: the board starts, the sampling loop
 //! turns data-ready edges into frames, the communication takes frames out and requests in, and
-//! what is left watches over them.
+//! the thread level stores settings and feeds the watchdog.
 //!
 //! Three levels, and nothing of a lower one delays a higher one:
 //!
@@ -42,11 +42,11 @@ use board::crash::Reset;
 use board::flash::ConfigFlash;
 
 /// All that the levels share.
-static PORTS: Ports<CriticalSectionRawMutex> = Ports::new();
+static PORTS: Ports = Ports::new();
 
-/// What the LED shows: the stage's code, and [`TROUBLE`] while a fault lasts.
+/// What the LED shows: the stage's code, and [`FAULT`] while a fault is active.
 static LIGHT: AtomicU8 = AtomicU8::new(0);
-const TROUBLE: u8 = 0x80;
+const FAULT: u8 = 0x80;
 
 /// The UART's new rate.
 static UART_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();
@@ -54,16 +54,16 @@ static UART_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();
 static SAMPLING: InterruptExecutor = InterruptExecutor::new();
 static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 
-/// How long a bus may take nothing before what waits for it is too old.
-const BUS_PATIENCE: Duration = Duration::from_millis(20);
+/// How long the bus may take no frame before the queued ones are too old.
+const BUS_DEADLINE: Duration = Duration::from_millis(20);
 
 /// How often the watchdog can be fed.
 const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS as u64);
 
-/// Identifiers of process data: a later one makes an earlier one worthless.
+/// Identifiers of process data: a later frame makes an earlier one worthless.
 const PROCESS_DATA: Range<u16> = 0x180..0x580;
 
-/// What the board keeps its settings in.
+/// The flash with the settings.
 type Settings = Storage<ConfigFlash>;
 
 #[cortex_m_rt::entry]
@@ -73,7 +73,7 @@ fn main() -> ! {
     let board = board::start();
     let mut led = board.led;
     let Ok(mut storage) = Storage::new(board.flash, &(0..board::flash::SIZE)) else {
-        give_up(&mut led, "the configuration's pages are none");
+        halt(&mut led, "the configuration's pages are none");
     };
     let (settings, origin) = storage.load();
     let start = Start {
@@ -87,14 +87,14 @@ fn main() -> ! {
         crystal_missing: board.clock == Source::Internal,
         brown_out_level: board::flash::brown_out_level(),
     };
-    introduce(&start, origin);
+    log_boot(&start, origin);
     let (can_rate, uart_rate) = (settings.can_bit_rate(), settings.uart_rate());
     let self_test = settings.self_test();
     let Some(foot) = make_foot(settings, start) else {
-        give_up(&mut led, "the settings do not fit each other");
+        halt(&mut led, "the settings do not fit each other");
     };
     let Ok((uart_out, uart_in)) = board.uart.start(uart_rate) else {
-        give_up(&mut led, "the UART cannot have its rate");
+        halt(&mut led, "the UART cannot have its rate");
     };
 
     interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
@@ -110,6 +110,7 @@ fn main() -> ! {
     // Without a crystal the bus is left alone: the clock is not good enough for it.
     let can = (board.clock == Source::Crystal).then(|| {
         let (control, can_out, can_in) = board.can.start(can_rate);
+        PORTS.connect_can(board::can::try_send);
         once(send_can(can_out), |task| communication.spawn(task));
         once(receive_can(can_in), |task| communication.spawn(task));
         control
@@ -126,12 +127,12 @@ fn main() -> ! {
 
 // The sampling level.
 
-/// Tick, edge, burst, estimate, frames: for ever.
+/// Tick, edge, burst, estimate, frames: without end.
 #[embassy_executor::task]
 async fn sample(
-    sensor: Sensor<board::sensor::Bus>,
+    sensor: Sensor<board::sensor::SensorBus>,
     ticks: board::timebase::Timebase,
-    load: board::load::Load,
+    load: board::load::LoadSensor,
     foot: &'static mut Foot,
     self_test: bool,
 ) {
@@ -143,19 +144,18 @@ async fn sample(
         self_test,
         |tick, measurement| {
             foot.tick(tick, measurement, Some(load.reading()), &PORTS);
-            tell_bus_state(&mut bus);
-            let trouble = if foot.faults().is_empty() { 0 } else { TROUBLE };
-            LIGHT.store(foot.stage().code() | trouble, Ordering::Relaxed);
+            report_bus_state(&mut bus);
+            let fault = if foot.faults().is_empty() { 0 } else { FAULT };
+            LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
         },
     )
     .await;
 }
 
-/// Tells the foot, with its next tick, how the controller gets on with the bus. Bus-off lasts 1.4 ms
-/// at the least.
-fn tell_bus_state(known: &mut BusState) {
+/// Reports a change of the bus state to the foot, for its next tick. Bus-off lasts at least 1.4 ms.
+fn report_bus_state(known: &mut BusState) {
     let state = board::can::bus_state();
-    // The counters alone are no news.
+    // A change of the error counters alone is not reported.
     if discriminant(&state) != discriminant(known) && PORTS.try_put(Input::Bus(state)) {
         *known = state;
     }
@@ -163,16 +163,16 @@ fn tell_bus_state(known: &mut BusState) {
 
 // The communication level.
 
-/// Takes to the bus what it did not take at once. Where it takes nothing for too long, process data
-/// are given up, in the mailboxes too: what comes first when the bus is back is new.
+/// Sends the frames that the bus did not take at once. If it takes none until the deadline, process
+/// data are withdrawn, from the mailboxes too: the first frames after a recovery are new.
 #[embassy_executor::task]
 async fn send_can(mut can: board::can::Sender) {
     loop {
         PORTS.can_ready().await;
-        PORTS.progress.report(Worker::Can);
-        PORTS.send_can(board::can::try_send);
-        if !PORTS.can_is_empty() && with_timeout(BUS_PATIENCE, can.freed()).await.is_err() {
-            let count = can.withdraw(&PROCESS_DATA) + PORTS.give_up_can();
+        PORTS.liveness.report(Worker::Can);
+        PORTS.send_can();
+        if !PORTS.can_is_empty() && with_timeout(BUS_DEADLINE, can.freed()).await.is_err() {
+            let count = can.withdraw(&PROCESS_DATA) + PORTS.withdraw_can();
             if count > 0 {
                 PORTS.put(Input::CanWithdrawn(count)).await;
             }
@@ -180,7 +180,7 @@ async fn send_can(mut can: board::can::Sender) {
     }
 }
 
-/// Takes frames from the bus to the foot.
+/// Passes frames from the bus to the foot.
 #[embassy_executor::task]
 async fn receive_can(mut can: board::can::Receiver) {
     loop {
@@ -193,7 +193,7 @@ async fn receive_can(mut can: board::can::Receiver) {
     }
 }
 
-/// Takes frames to the serial line, those that wait in one piece.
+/// Sends frames over the serial line, all that are queued in one transfer.
 #[embassy_executor::task]
 async fn send_uart(mut uart: board::uart::Sender) {
     let mut batch = UartBatch::new();
@@ -215,11 +215,11 @@ async fn send_uart(mut uart: board::uart::Sender) {
         if let Some(rate) = rate {
             uart.set_rate(rate).await;
         }
-        PORTS.progress.report(Worker::Uart);
+        PORTS.liveness.report(Worker::Uart);
     }
 }
 
-/// Takes requests from the serial line to the foot.
+/// Passes requests from the serial line to the foot.
 #[embassy_executor::task]
 async fn receive_uart(mut uart: board::uart::Receiver) {
     let mut requests = UartReceiver::new();
@@ -227,7 +227,7 @@ async fn receive_uart(mut uart: board::uart::Receiver) {
     loop {
         let Some(bytes) = uart.receive(&mut bytes).await else {
             PORTS.put(Input::UartLost(1)).await;
-            // A line with the wrong rate gives nothing but errors.
+            // A line with the wrong rate gives only errors.
             Timer::after_millis(1).await;
             continue;
         };
@@ -244,7 +244,7 @@ async fn receive_uart(mut uart: board::uart::Receiver) {
 
 // The thread level.
 
-/// Does what takes longer than a tick.
+/// Serves the requests of the foot, which take longer than a tick.
 #[embassy_executor::task]
 async fn serve_requests(mut storage: Settings, mut can: Option<board::can::Control>) {
     loop {
@@ -274,14 +274,14 @@ async fn serve_requests(mut storage: Settings, mut can: Option<board::can::Contr
     }
 }
 
-/// Feeds the watchdog while everybody gets on, and looks at the stack.
+/// Feeds the watchdog while all workers are alive, and measures the depth of the stack.
 #[embassy_executor::task]
 async fn feed_watchdog() {
     let mut stack = board::stack::Depth::default();
     loop {
         PORTS.call();
         Timer::after(FEEDING).await;
-        if PORTS.progress.all_got_on() {
+        if PORTS.liveness.all_alive() {
             board::watchdog::feed();
         }
         if let Some(used) = stack.look() {
@@ -290,17 +290,17 @@ async fn feed_watchdog() {
     }
 }
 
-/// Shows how the foot is: the LED is on for so long, then off for so long.
+/// Shows the stage: how long the LED is on and then off, ms.
 #[embassy_executor::task]
 async fn blink(mut led: Output<'static>) {
     loop {
         let light = LIGHT.load(Ordering::Relaxed);
-        let stage = Stage::from_code(light & !TROUBLE).unwrap_or(Stage::Starting);
+        let stage = Stage::from_code(light & !FAULT).unwrap_or(Stage::Starting);
         let (on, off) = match stage {
             Stage::Starting | Stage::SelfTest => (50, 50),
             Stage::HoldStill => (250, 250),
             Stage::Recovering => (50, 150),
-            Stage::Running if light & TROUBLE != 0 => (900, 100),
+            Stage::Running if light & FAULT != 0 => (900, 100),
             Stage::Running => (50, 950),
         };
         led.set_high();
@@ -312,11 +312,11 @@ async fn blink(mut led: Output<'static>) {
 
 // Starting.
 
-/// Why the board was restarted, where it was not switched on.
+/// The previous crash, where it caused this start.
 fn reason_for_start(crash: Option<board::crash::Crash>, reset: Reset) -> Option<Crash> {
     if let Some(crash) = crash {
         defmt::error!(
-            "the run before stopped at {=u32:#010x}: reason {=u32}, detail {=u32:#x}",
+            "previous crash at {=u32:#010x}: reason {=u32}, detail {=u32:#x}",
             crash.record.program_counter,
             crash.record.reason as u32,
             crash.detail
@@ -329,7 +329,7 @@ fn reason_for_start(crash: Option<board::crash::Crash>, reset: Reset) -> Option<
     })
 }
 
-fn introduce(start: &Start, origin: Origin) {
+fn log_boot(start: &Start, origin: Origin) {
     defmt::info!(
         "footfall {=str}, serial {=u32:08x}, {=str} settings, {=str} oscillator",
         env!("CARGO_PKG_VERSION"),
@@ -347,18 +347,16 @@ fn introduce(start: &Start, origin: Origin) {
     );
 }
 
-/// The foot, in its place. Apart from `main`, so that what it takes of the stack meanwhile is given
-/// back.
+/// The foot, made in its static place. Apart from `main`, so that the stack it needs is free again.
 #[inline(never)]
 fn make_foot(settings: wire::Settings, start: Start) -> Option<&'static mut Foot> {
     static FOOT: StaticCell<Foot> = StaticCell::new();
     let config = settings.params().validate().ok()?;
     let foot = FOOT.init_with(|| Foot::with_config(settings, &config, start));
-    foot.set_bus(board::can::try_send);
     Some(foot)
 }
 
-/// Spawns a task of which there is one.
+/// Spawns a task that exists once.
 fn once<S>(task: Result<SpawnToken<S>, SpawnError>, spawn: impl FnOnce(SpawnToken<S>)) {
     match task {
         Ok(task) => spawn(task),
@@ -366,9 +364,8 @@ fn once<S>(task: Result<SpawnToken<S>, SpawnError>, spawn: impl FnOnce(SpawnToke
     }
 }
 
-/// What is left where the program contradicts itself: light, a line in the log, and the watchdog's
-/// reset.
-fn give_up(led: &mut Output<'static>, why: &str) -> ! {
+/// Ends a start that contradicts itself: LED on, a line in the log, and in time the watchdog's reset.
+fn halt(led: &mut Output<'static>, why: &str) -> ! {
     led.set_high();
     defmt::error!("cannot start: {=str}", why);
     loop {

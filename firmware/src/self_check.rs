@@ -15,7 +15,7 @@ use estimator_core::{
 /// Samples in one run: long enough to meet every kind of input many times.
 pub const SAMPLES: u32 = 20_000;
 
-/// Digests are given after every so many samples, so that a difference can be found.
+/// The number of samples from one digest to the next, so that a difference can be found.
 pub const CHECKPOINT: u32 = 2_000;
 
 /// Room for the window; the one the firmware is made with.

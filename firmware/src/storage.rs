@@ -34,9 +34,8 @@ use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 use wire::dictionary::{self, Place, SETTINGS, index};
-use wire::{Address, Settings, Value};
+use wire::{AbortCode, Address, Settings, Value};
 
-use crate::ports::{Erase, StoreFailed};
 use pages::{Item, KEY, Pages};
 
 /// The version of the record.
@@ -54,20 +53,52 @@ const HEAD: usize = 2;
 /// Room for the longest record, with an entry that stands in it twice.
 const RECORD: usize = HEAD + (SETTINGS + 1) * ENTRY;
 
-/// Where a record has this address, all of its object is that of earlier programs, where index 0x2016
-/// was the "witnesses": its sub-index 2 was the slide speed, and is now whether the foot learns.
-const WITNESSES: Address = Address::new(index::ESTIMATION, 5);
+/// A record with this address is of an earlier program, for which index 0x2016 was another object: its
+/// sub-index 2 was the slide speed, and now switches learning.
+const OLD_DETECTORS: Address = Address::new(index::ESTIMATION, 5);
 
-/// Where loaded settings come from.
+/// The origin of loaded settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// They were stored.
+    /// The flash.
     Stored,
-    /// Nothing was, or it was restored: defaults.
+    /// Defaults: none were stored, or the defaults were restored.
     Blank,
-    /// What was stored cannot be read, or not all of it: older settings or defaults stand for the
-    /// rest.
+    /// Stored settings cannot be read, or not all of them: older ones or defaults replace the rest.
     Corrupted,
+}
+
+/// Whether a page of flash may be erased. Meanwhile, for half a second at most, the foot does
+/// nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Erase {
+    /// It may.
+    Allowed,
+    /// It may not: the foot is streaming.
+    Refused,
+}
+
+/// Why the settings, or the brown-out level, could not be written. The previous ones are still there.
+/// The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreFailed {
+    /// The flash refused, or did not hold what was written.
+    Flash,
+    /// The supply is too low to write flash.
+    SupplyLow,
+    /// A page must be erased first, which was not allowed.
+    NeedsErase,
+}
+
+impl StoreFailed {
+    /// The code with which the request is aborted.
+    #[must_use]
+    pub const fn abort_code(self) -> AbortCode {
+        match self {
+            Self::Flash | Self::SupplyLow => AbortCode::Hardware,
+            Self::NeedsErase => AbortCode::DeviceState,
+        }
+    }
 }
 
 /// Flash with settings in it.
@@ -112,10 +143,10 @@ where
         }
     }
 
-    /// Stores settings. What was there before is the older record, and forgotten in time.
+    /// Stores settings. The previous ones are the older record, and are erased in time.
     ///
     /// # Errors
-    /// As [`StoreFailed`] says; what was stored before is still there.
+    /// As [`StoreFailed`] says; the previous record is still there.
     pub fn store(&mut self, settings: &Settings, erase: Erase) -> Result<(), StoreFailed> {
         let mut record = [0; RECORD];
         let length = encode(settings, &mut record);
@@ -123,7 +154,7 @@ where
         self.pages.append(record, erase)
     }
 
-    /// Forgets what was stored, so that the defaults apply from the next load.
+    /// Forgets the stored settings: the next load returns the defaults.
     ///
     /// # Errors
     /// As [`store`](Self::store).
@@ -153,18 +184,18 @@ where
             return (Settings::default(), Origin::Blank);
         }
         let first = item.data + HEAD as u32;
-        let places = (first..first + entries as u32).step_by(ENTRY);
-        let places = places.take(entries / ENTRY);
-        let is_old = places.clone().any(|at| {
+        let entries_at = (first..first + entries as u32).step_by(ENTRY);
+        let entries_at = entries_at.take(entries / ENTRY);
+        let is_old = entries_at.clone().any(|at| {
             let entry = self.pages.read(at);
-            entry.is_ok_and(|entry| address_of(&entry) == WITNESSES)
+            entry.is_ok_and(|entry| address_of(&entry) == OLD_DETECTORS)
         });
         let mut unknown = entries % ENTRY;
-        let values = places.filter_map(|at| {
+        let values = entries_at.filter_map(|at| {
             let entry = self.pages.read(at).ok();
             let value = entry.and_then(|entry| setting(&entry)).filter(|value| {
                 let (address, _) = value;
-                !(is_old && address.index == WITNESSES.index)
+                !(is_old && address.index == OLD_DETECTORS.index)
             });
             unknown += usize::from(value.is_none());
             value

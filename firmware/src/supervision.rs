@@ -1,19 +1,19 @@
-//! Faults that come and go, the watchdog's food, and what a crash leaves behind.
+//! Faults that come and go, the liveness that the watchdog needs, and the record of a crash.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use wire::Fault;
 use wire::node::Crash;
 
-/// Somebody who has to get on for the watchdog to be fed.
+/// A part of the program that must be alive for the watchdog to be fed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Worker {
-    /// A tick gave a sample, or a fault that says why not. Reported by the foot.
+    /// A tick gave a sample, or a fault that explains why not. Reported by the foot.
     Sampling,
     /// The estimator has taken it in. Reported by the foot.
     Estimator,
-    /// The CAN task: it sent something, had nothing to send, or gave up waiting for the bus. Not
-    /// whether anybody listens: a bus without other nodes is no reason to restart.
+    /// The CAN task: it sent a frame, had none to send, or waited for the bus until its deadline. A bus
+    /// without other nodes is no reason to restart.
     Can,
     /// The UART task, likewise.
     Uart,
@@ -28,47 +28,40 @@ impl Worker {
     }
 }
 
-/// Who has got on since the watchdog was last fed.
+/// The workers that were alive since the watchdog was last fed.
 ///
-/// The lowest task of all looks at [`all_got_on`](Self::all_got_on) some ten times as often as the
-/// watchdog bites, and feeds it where it says so. That it runs at all shows that nothing above it
-/// hogs the processor.
+/// The task of the lowest priority asks [`all_alive`](Self::all_alive) ten times in the watchdog's
+/// period, and feeds it if they are. That this task runs shows that no other one hogs the processor.
 #[derive(Debug, Default)]
-pub struct Progress(AtomicU8);
+pub struct Liveness(AtomicU8);
 
-impl Progress {
-    /// Nobody has got on yet.
+impl Liveness {
+    /// No worker has reported yet.
     #[must_use]
     pub const fn new() -> Self {
         Self(AtomicU8::new(0))
     }
 
-    /// `worker` has got on.
+    /// `worker` is alive.
     pub fn report(&self, worker: Worker) {
         self.0.fetch_or(worker.bit(), Ordering::Relaxed);
     }
 
-    /// Whether all have got on since this last said so: feed the watchdog. While it says no,
-    /// what has been reported is kept.
+    /// Whether all have reported since this was last true: feed the watchdog. While it is false, the
+    /// reports are kept.
     #[must_use]
-    pub fn all_got_on(&self) -> bool {
+    pub fn all_alive(&self) -> bool {
         let all = Worker::ALL.into_iter().fold(0, |all, w| all | w.bit());
-        let fed = self.0.load(Ordering::Relaxed) & all == all;
-        if fed {
+        let alive = self.0.load(Ordering::Relaxed) & all == all;
+        if alive {
             self.0.store(0, Ordering::Relaxed);
         }
-        fed
-    }
-
-    /// Those who have not got on: what a log can say before the watchdog bites.
-    pub fn missing(&self) -> impl Iterator<Item = Worker> {
-        let reported = self.0.load(Ordering::Relaxed);
-        let missing = move |worker: &Worker| reported & worker.bit() == 0;
-        Worker::ALL.into_iter().filter(missing)
+        alive
     }
 }
 
-/// Says when something has been so for long enough, and when it has not been for long enough.
+/// A condition that holds once it has been seen for long enough, and until it has not been seen for
+/// long enough.
 #[derive(Clone, Copy, Debug)]
 pub struct Hysteresis {
     on_after: u16,
@@ -89,7 +82,7 @@ impl Hysteresis {
         }
     }
 
-    /// Takes in how it is now; tells whether it is on.
+    /// Takes in the condition now; returns whether it holds.
     pub fn update(&mut self, now: bool) -> bool {
         self.age = if now == self.is_on {
             0
@@ -109,44 +102,44 @@ impl Hysteresis {
     }
 }
 
-/// Faults that are events, not states: each is kept up for a while after it last happened.
+/// Keeps faults that are events active for a while after the last event.
 #[derive(Clone, Copy, Debug)]
-pub struct Fading {
-    /// By the faults' numbers.
+pub struct FaultLatch {
+    /// Ticks left, by the faults' numbers.
     left: [u16; Fault::NUMBERS],
-    /// How many are kept up: mostly none, which is to cost nothing.
-    held: usize,
+    /// How many have ticks left: mostly none, which is to cost nothing.
+    timed: usize,
 }
 
-impl Default for Fading {
+impl Default for FaultLatch {
     fn default() -> Self {
         Self {
             left: [0; Fault::NUMBERS],
-            held: 0,
+            timed: 0,
         }
     }
 }
 
-impl Fading {
-    /// It has happened: keep it up for this many ticks.
-    pub fn hold(&mut self, fault: Fault, ticks: u16) {
+impl FaultLatch {
+    /// Keeps a fault active for this many ticks from now on.
+    pub fn hold_for(&mut self, fault: Fault, ticks: u16) {
         if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
-            self.held += usize::from(*left == 0);
+            self.timed += usize::from(*left == 0);
             *left = ticks.max(1);
         }
     }
 
-    /// It has not just happened but lasts: it is kept up until it is held anew.
-    pub fn stay(&mut self, fault: Fault) {
+    /// Keeps a fault active, without a limit, until [`hold_for`](Self::hold_for) sets one again.
+    pub fn keep(&mut self, fault: Fault) {
         if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
-            self.held -= usize::from(*left > 0);
+            self.timed -= usize::from(*left > 0);
             *left = 0;
         }
     }
 
-    /// One tick: hands those whose time is over to `clear`.
+    /// Lets one tick pass; calls `clear` with each fault whose time is over.
     pub fn tick(&mut self, mut clear: impl FnMut(Fault)) {
-        if self.held == 0 {
+        if self.timed == 0 {
             return;
         }
         for fault in Fault::ALL {
@@ -154,7 +147,7 @@ impl Fading {
             if let Some(left) = left.filter(|left| **left > 0) {
                 *left -= 1;
                 if *left == 0 {
-                    self.held -= 1;
+                    self.timed -= 1;
                     clear(fault);
                 }
             }
@@ -168,8 +161,8 @@ pub const CRASH_WORDS: usize = 4;
 /// Marks a record, version 1.
 const CRASH_MARK: u32 = u32::from_le_bytes(*b"fal\x01");
 
-/// Why and where the program stopped: kept in memory that a reset leaves alone, and believed
-/// afterwards only where its checksum fits, since such memory holds anything after power-up.
+/// Why and where the program stopped. It is kept in memory that a reset leaves alone, and believed
+/// afterwards only if its checksum fits, since such memory holds anything after power-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CrashRecord {
     /// Why.
@@ -188,14 +181,14 @@ pub enum CrashReason {
 }
 
 impl CrashRecord {
-    /// The record as words; 0 in all of them is none.
+    /// The record as words. Words that are all 0 are no record.
     #[must_use]
     pub fn to_words(self) -> [u32; CRASH_WORDS] {
         let (reason, counter) = (self.reason as u32, self.program_counter);
         [CRASH_MARK, reason, counter, check(reason, counter)]
     }
 
-    /// The record in these words, where they are one.
+    /// The record in these words; `None` where they are none.
     #[must_use]
     pub fn from_words([mark, reason, counter, sum]: [u32; CRASH_WORDS]) -> Option<Self> {
         if mark != CRASH_MARK || sum != check(reason, counter) {
@@ -242,19 +235,18 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn the_watchdog_is_fed_only_when_everybody_has_got_on() {
-        for lazy in Worker::ALL {
-            let progress = Progress::new();
-            for worker in Worker::ALL.into_iter().filter(|worker| *worker != lazy) {
-                progress.report(worker);
+    fn the_watchdog_is_fed_only_when_all_workers_are_alive() {
+        for stuck in Worker::ALL {
+            let liveness = Liveness::new();
+            for worker in Worker::ALL.into_iter().filter(|worker| *worker != stuck) {
+                liveness.report(worker);
             }
             for _ in 0..3 {
-                assert!(!progress.all_got_on(), "{lazy:?} did nothing");
+                assert!(!liveness.all_alive(), "{stuck:?} did not report");
             }
-            assert_eq!(progress.missing().collect::<Vec<_>>(), [lazy]);
-            progress.report(lazy);
-            assert!(progress.all_got_on());
-            assert!(!progress.all_got_on(), "nobody did anything since");
+            liveness.report(stuck);
+            assert!(liveness.all_alive());
+            assert!(!liveness.all_alive(), "no report since");
         }
     }
 
@@ -267,33 +259,33 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_fades_some_time_after_it_last_happened() {
-        let mut fading = Fading::default();
-        fading.hold(Fault::LateTick, 3);
+    fn a_fault_is_cleared_some_time_after_the_last_event() {
+        let mut latch = FaultLatch::default();
+        latch.hold_for(Fault::LateTick, 3);
         let mut cleared = Vec::new();
         for tick in 0..10 {
             if tick == 2 {
-                fading.hold(Fault::LateTick, 3);
+                latch.hold_for(Fault::LateTick, 3);
             }
-            fading.tick(|fault| cleared.push((tick, fault)));
+            latch.tick(|fault| cleared.push((tick, fault)));
         }
         assert_eq!(cleared, [(4, Fault::LateTick)]);
     }
 
     #[test]
-    fn a_fault_that_lasts_does_not_fade() {
-        let mut fading = Fading::default();
-        let cleared_within = |fading: &mut Fading, ticks: u32| {
+    fn a_fault_that_is_kept_is_not_cleared() {
+        let mut latch = FaultLatch::default();
+        let cleared_within = |latch: &mut FaultLatch, ticks: u32| {
             let mut cleared = false;
-            (0..ticks).for_each(|_| fading.tick(|_| cleared = true));
+            (0..ticks).for_each(|_| latch.tick(|_| cleared = true));
             cleared
         };
-        fading.hold(Fault::CanBusOff, 3);
-        fading.stay(Fault::CanBusOff);
-        assert!(!cleared_within(&mut fading, 10));
-        fading.hold(Fault::CanBusOff, 3);
-        assert!(!cleared_within(&mut fading, 2));
-        assert!(cleared_within(&mut fading, 1));
+        latch.hold_for(Fault::CanBusOff, 3);
+        latch.keep(Fault::CanBusOff);
+        assert!(!cleared_within(&mut latch, 10));
+        latch.hold_for(Fault::CanBusOff, 3);
+        assert!(!cleared_within(&mut latch, 2));
+        assert!(cleared_within(&mut latch, 1));
     }
 
     #[test]

@@ -1,46 +1,44 @@
 //! Frames on their way out: bounded queues in which the newest win.
 //!
-//! Each way out has four lanes. Notices are rare and go first. Then come estimates: nothing that
-//! anybody asks for makes them late. Answers go before the stream, which goes when there is nothing
-//! else. Where nobody takes anything any more, each lane drops its oldest, counts it, and goes on:
-//! whoever puts something in never waits.
+//! Each outlet has four lanes. Notices are rare and go first. Then come estimates: no request makes
+//! them late. Answers go before the stream, which goes when nothing else waits. A full lane drops its
+//! oldest item and counts it: the sender never waits.
 
 use core::cell::RefCell;
 use core::future::poll_fn;
 use core::task::Poll;
 
 use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::WakerRegistration;
 
-/// Which of four lanes something takes.
+/// Which of the four lanes an item takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
-    /// What the foot says of itself now and then: that it is there, what is wrong. Goes first.
+    /// Rare reports of the foot itself: boot-up, heartbeat, faults. Goes first.
     Notice,
-    /// What the foot is for, each tick.
+    /// The contact, each tick.
     Estimate,
-    /// What somebody asked for: as many as they like.
+    /// Answers to requests, of which there can be any number.
     Answer,
-    /// What is sent again and again.
+    /// Periodic data.
     Stream,
 }
 
 impl Lane {
-    /// All of them, the one that goes first first.
+    /// All lanes, in the order in which they go.
     pub const ALL: [Self; 4] = [Self::Notice, Self::Estimate, Self::Answer, Self::Stream];
 }
 
-/// A way out with lanes of room for `NOTICES`, `ESTIMATES`, `ANSWERS` and `STREAM`.
+/// A queue with room for `NOTICES`, `ESTIMATES`, `ANSWERS` and `STREAM` items in its lanes.
 #[derive(Debug)]
 pub struct Outlet<
-    M: RawMutex,
     T,
     const NOTICES: usize,
     const ESTIMATES: usize,
     const ANSWERS: usize,
     const STREAM: usize,
->(Mutex<M, RefCell<Lanes<T, NOTICES, ESTIMATES, ANSWERS, STREAM>>>);
+>(Mutex<CriticalSectionRawMutex, RefCell<Lanes<T, NOTICES, ESTIMATES, ANSWERS, STREAM>>>);
 
 #[derive(Debug)]
 struct Lanes<
@@ -55,12 +53,18 @@ struct Lanes<
     answers: [T; ANSWERS],
     stream: [T; STREAM],
     orders: [Order; Lane::ALL.len()],
-    /// Who takes things out is to look up, whether or not there is something.
+    /// Takes items past the queue.
+    sink: Option<Sink<T>>,
+    /// The task that empties the queue is to wake up, even if it is empty.
     called: bool,
     waker: WakerRegistration,
 }
 
-/// Which places of a lane are taken.
+/// Sends an item at once, or returns `false`: not now. It is called with the queue locked, so never
+/// twice at the same time.
+pub type Sink<T> = fn(&T) -> bool;
+
+/// Which slots of a lane are taken.
 #[derive(Clone, Copy, Debug)]
 struct Order {
     first: usize,
@@ -68,25 +72,25 @@ struct Order {
 }
 
 impl Order {
-    /// The place that is `ahead` places after the first, the last one being followed by the first.
-    const fn place(self, ahead: usize, room: usize) -> usize {
-        let place = self.first + ahead;
-        if place >= room { place - room } else { place }
+    /// The index of the slot that is `ahead` of the first, of `room` slots in a ring.
+    const fn index(self, ahead: usize, room: usize) -> usize {
+        let index = self.first + ahead;
+        if index >= room { index - room } else { index }
     }
 
     const fn drop_first(&mut self, room: usize) {
-        self.first = self.place(1, room);
+        self.first = self.index(1, room);
         self.count = self.count.saturating_sub(1);
     }
 
-    /// Has something put in; tells how many had to go for it.
-    fn push<T>(&mut self, places: &mut [T], put: impl FnOnce(&mut T)) -> u32 {
-        let full = self.count == places.len();
+    /// Has `put` fill the next slot; returns how many items were dropped for it.
+    fn push<T>(&mut self, slots: &mut [T], put: impl FnOnce(&mut T)) -> u32 {
+        let full = self.count == slots.len();
         if full {
-            self.drop_first(places.len());
+            self.drop_first(slots.len());
         }
-        if let Some(place) = places.get_mut(self.place(self.count, places.len())) {
-            put(place);
+        if let Some(slot) = slots.get_mut(self.index(self.count, slots.len())) {
+            put(slot);
             self.count += 1;
         }
         u32::from(full)
@@ -112,8 +116,8 @@ impl<
     }
 
     fn push(&mut self, lane: Lane, put: impl FnOnce(&mut T)) -> u32 {
-        let (order, places) = self.lane(lane);
-        let dropped = order.push(places, put);
+        let (order, slots) = self.lane(lane);
+        let dropped = order.push(slots, put);
         self.waker.wake();
         dropped
     }
@@ -124,41 +128,26 @@ impl<
 
     fn take_all(&mut self, mut take: impl FnMut(Lane, &T) -> bool) {
         for lane in Lane::ALL {
-            let (order, places) = self.lane(lane);
+            let (order, slots) = self.lane(lane);
             while order.count > 0
-                && let Some(item) = places.get(order.first)
+                && let Some(item) = slots.get(order.first)
                 && take(lane, item)
             {
-                order.drop_first(places.len());
+                order.drop_first(slots.len());
             }
         }
-    }
-
-    fn take<R>(&mut self, mut take: impl FnMut(&T) -> Option<R>) -> Option<R> {
-        for lane in Lane::ALL {
-            let (order, places) = self.lane(lane);
-            if order.count > 0
-                && let Some(item) = places.get(order.first)
-                && let Some(taken) = take(item)
-            {
-                order.drop_first(places.len());
-                return Some(taken);
-            }
-        }
-        None
     }
 }
 
 impl<
-    M: RawMutex,
     T: Clone,
     const NOTICES: usize,
     const ESTIMATES: usize,
     const ANSWERS: usize,
     const STREAM: usize,
-> Outlet<M, T, NOTICES, ESTIMATES, ANSWERS, STREAM>
+> Outlet<T, NOTICES, ESTIMATES, ANSWERS, STREAM>
 {
-    /// An empty one; what `filler` is does not matter.
+    /// An empty queue without a sink. `filler` fills the unused slots.
     #[must_use]
     pub const fn new(filler: T) -> Self
     where
@@ -170,6 +159,7 @@ impl<
             answers: [filler; ANSWERS],
             stream: [filler; STREAM],
             orders: [Order { first: 0, count: 0 }; Lane::ALL.len()],
+            sink: None,
             called: false,
             waker: WakerRegistration::new(),
         })))
@@ -182,45 +172,68 @@ impl<
         self.0.lock(|lanes| use_lanes(&mut lanes.borrow_mut()))
     }
 
-    /// Puts something in, at once; tells how many had to go for it. Where nothing of its lane waits,
-    /// `send` may take it past the queue: true where it has.
-    pub fn push(&self, lane: Lane, item: &T, send: impl FnOnce(&T) -> bool) -> u32 {
+    /// Connects the `sink`, which is offered each item first.
+    pub fn connect(&self, sink: Sink<T>) {
+        self.with(|lanes| lanes.sink = Some(sink));
+    }
+
+    /// Sends an item at once, where the sink takes it and nothing of its lane waits; else queues it.
+    /// Returns how many items were dropped for it.
+    pub fn push(&self, lane: Lane, item: &T) -> u32 {
         self.with(|lanes| {
+            let sink = lanes.sink;
             let (order, _) = lanes.lane(lane);
-            if order.count == 0 && send(item) {
+            if order.count == 0
+                && let Some(sink) = sink
+                && sink(item)
+            {
                 return 0;
             }
-            lanes.push(lane, |place| place.clone_from(item))
+            lanes.push(lane, |slot| slot.clone_from(item))
         })
     }
 
-    /// The same for something large, which `put` makes in its place, of whatever was there.
+    /// Queues a large item, which `put` writes over whatever its slot held. Returns how many items were
+    /// dropped for it.
     pub fn push_in_place(&self, lane: Lane, put: impl FnOnce(&mut T)) -> u32 {
         self.with(|lanes| lanes.push(lane, put))
     }
 
-    /// Offers the first of each lane to `take`, the lane that goes first first, until it takes one.
-    pub fn take<R>(&self, take: impl FnMut(&T) -> Option<R>) -> Option<R> {
-        self.with(|lanes| lanes.take(take))
+    /// Offers the queued items to the sink: of each lane, in the order of [`Lane::ALL`], until it takes
+    /// no more.
+    pub fn flush(&self) {
+        self.with(|lanes| {
+            if let Some(sink) = lanes.sink {
+                lanes.take_all(|_, item| sink(item));
+            }
+        });
     }
 
-    /// Offers each lane's frames to `take`, the lane that goes first first, and of each until it
-    /// takes one no more.
+    /// Offers the queued items to `take`: of each lane, in the order of [`Lane::ALL`], until it takes no
+    /// more.
     pub fn take_all(&self, take: impl FnMut(Lane, &T) -> bool) {
         self.with(|lanes| lanes.take_all(take));
     }
 
-    /// The next to go out, if there is one.
+    /// Takes out the next item, if there is one.
     pub fn try_next(&self) -> Option<T> {
-        self.take(|item| Some(item.clone()))
+        let mut next = None;
+        self.take_all(|_, item| {
+            let is_first = next.is_none();
+            if is_first {
+                next = Some(item.clone());
+            }
+            is_first
+        });
+        next
     }
 
-    /// Whether nothing waits.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.with(|lanes| lanes.is_empty())
     }
 
-    /// Waits until there is something, or for [`call`](Self::call).
+    /// Waits until there is an item, or for [`call`](Self::call).
     pub async fn ready(&self) {
         poll_fn(|context| {
             self.with(|lanes| {
@@ -234,7 +247,7 @@ impl<
         .await;
     }
 
-    /// Has whoever waits for something look up.
+    /// Ends the wait in [`ready`](Self::ready), even if the queue is empty.
     pub fn call(&self) {
         self.with(|lanes| {
             lanes.called = true;
@@ -242,7 +255,7 @@ impl<
         });
     }
 
-    /// Forgets what is in a lane; tells how many those were.
+    /// Empties a lane; returns how many items it held.
     pub fn clear(&self, lane: Lane) -> u32 {
         self.with(|lanes| {
             let (order, _) = lanes.lane(lane);
@@ -254,13 +267,12 @@ impl<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use embassy_sync::blocking_mutex::raw::NoopRawMutex;
     use std::vec::Vec;
 
-    type Small = Outlet<NoopRawMutex, u32, 1, 2, 2, 3>;
+    type Small = Outlet<u32, 1, 2, 2, 3>;
 
     fn queued(outlet: &Small, lane: Lane, item: u32) -> u32 {
-        outlet.push(lane, &item, |_| false)
+        outlet.push(lane, &item)
     }
 
     fn drained(outlet: &Small) -> Vec<u32> {
@@ -268,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_lane_drops_its_oldest_and_says_so() {
+    fn a_full_lane_drops_its_oldest_and_counts_them() {
         let outlet = Small::new(0);
         let dropped: u32 = (0..10).map(|i| queued(&outlet, Lane::Stream, i)).sum();
         assert_eq!(dropped, 7);
@@ -298,28 +310,38 @@ mod tests {
     }
 
     #[test]
-    fn what_is_sent_at_once_is_not_queued_and_never_overtakes_its_own_lane() {
+    fn an_item_that_the_sink_takes_is_not_queued_and_never_overtakes_its_own_lane() {
         let outlet = Small::new(0);
-        assert_eq!(outlet.push(Lane::Stream, &1, |_| true), 0);
-        assert_eq!(drained(&outlet), []);
         queued(&outlet, Lane::Stream, 2);
-        outlet.push(Lane::Stream, &3, |_| true);
-        outlet.push(Lane::Answer, &4, |_| true);
+        outlet.connect(|_| true);
+        assert_eq!(outlet.push(Lane::Stream, &3), 0);
+        assert_eq!(outlet.push(Lane::Answer, &4), 0);
         assert_eq!(drained(&outlet), [2, 3]);
+        assert_eq!(outlet.push(Lane::Stream, &1), 0);
+        assert_eq!(drained(&outlet), []);
     }
 
     #[test]
-    fn what_cannot_go_now_lets_the_next_lane_pass() {
+    fn an_item_that_the_sink_refuses_waits_and_lets_the_next_lane_pass() {
+        let outlet = Small::new(0);
+        outlet.connect(|item| *item >= 100);
+        assert_eq!(queued(&outlet, Lane::Estimate, 1), 0);
+        assert_eq!(queued(&outlet, Lane::Estimate, 200), 0);
+        queued(&outlet, Lane::Stream, 7);
+        outlet.flush();
+        assert_eq!(drained(&outlet), [1, 200, 7]);
         let outlet = Small::new(0);
         queued(&outlet, Lane::Estimate, 1);
         queued(&outlet, Lane::Answer, 100);
-        let taken = outlet.take(|item| (*item >= 100).then_some(*item));
-        assert_eq!(taken, Some(100));
+        queued(&outlet, Lane::Stream, 101);
+        outlet.flush();
+        outlet.connect(|item| *item >= 100);
+        outlet.flush();
         assert_eq!(drained(&outlet), [1]);
     }
 
     #[test]
-    fn a_lane_is_forgotten_and_counted() {
+    fn a_cleared_lane_is_counted_and_the_others_stay() {
         let outlet = Small::new(0);
         for i in 0..5 {
             queued(&outlet, Lane::Stream, i);

@@ -4,7 +4,6 @@
 //! Each millisecond has what it has on a board: the sample of its data-ready edge, the load from the
 //! robot's control over CAN, [`Foot::tick`], and ports from which everything is taken at once.
 
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use estimator_core::{ContactEstimate, ParamsError, Timestamp};
 use firmware::ports::Input;
 use firmware::sampling::{Activity, Measurement, Tick};
@@ -86,7 +85,7 @@ pub fn walk_with(
     mut change: impl FnMut(usize, &mut Measurement),
 ) -> Result<Transmission, ParamsError> {
     let mut foot = Foot::new(settings.clone(), switched_on())?;
-    let ports = Ports::<NoopRawMutex>::new();
+    let ports = Ports::new();
     let mut sent = Transmission::default();
     let mut bus = Bus::default();
     let samples = simulation.recording.samples.iter().zip(&simulation.raw);
@@ -95,7 +94,7 @@ pub fn walk_with(
             sample: sample.imu,
             raw: *raw,
             activity: Activity::Measuring,
-            trouble: None,
+            fault: None,
             saturated_for_long: false,
             restarts: 0,
         };

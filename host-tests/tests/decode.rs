@@ -5,8 +5,8 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Validity, Vec3};
-use firmware::pipeline::SOUND_TICKS;
-use firmware::sampling::{Measurement, Trouble};
+use firmware::foot::SOUND_TICKS;
+use firmware::sampling::{Measurement, SensorFault};
 use footfall::decode::{Decoded, Row, decode};
 use footfall::files::write_file;
 use footfall::walking_foot::{Transmission, settings, walk_with};
@@ -230,7 +230,7 @@ fn the_readme_shows_what_is_printed_of_the_demo() {
 fn faults_of_the_foot_come_out_with_their_time_name_and_detail() {
     let demo = sent_with(|k, measurement| {
         if (3000..3100).contains(&k) {
-            measurement.trouble = Some(Trouble {
+            measurement.fault = Some(SensorFault {
                 fault: Fault::SensorSilent,
                 detail: 7,
             });

@@ -24,13 +24,13 @@ pub const BOOT_MICROS: u32 = 10_000;
 /// for its filter. The first samples come after 35 ms \[D\].
 pub const TURN_ON_MICROS: u32 = 80_000;
 
-/// Between two looks at `SW_RESET`, µs.
+/// Between two polls of `SW_RESET`, µs.
 const RESET_POLL_MICROS: u32 = 100;
 
-/// Looks at `SW_RESET` before giving up; 10 ms in all.
+/// Polls of `SW_RESET` until it counts as stuck; 10 ms in all.
 const RESET_POLLS: u32 = 100;
 
-/// Looks at `STATUS_REG`, 1 ms apart, before giving up on a sample of the self-test.
+/// Polls of `STATUS_REG`, 1 ms apart, until a sample of the self-test counts as missing.
 const DATA_READY_POLLS: u32 = 100;
 
 /// An LSM6DSOX on SPI, mode 0 or 3, at most 10 MHz \[D\].
@@ -115,7 +115,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     /// Reads every register of the configuration back. A part that was reset behind the driver's
-    /// back, by a dip of its supply, shows here.
+    /// back, by a dip of its supply, is found here.
     ///
     /// # Errors
     /// [`Error::ReadBack`] with the first register that differs. There are no samples then until
@@ -352,7 +352,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// away by itself before the part loses its supply. A part that has its configuration keeps it.
     async fn make_readable(&mut self) -> Result<(), Error<SPI::Error>> {
         self.write(register::FUNC_CFG_ACCESS.address, 0).await?;
-        self.write(register::CTRL3_C.address, self.config.ctrl3_c())
+        self.write(register::CTRL3_C.address, self.config.params().ctrl3_c())
             .await
     }
 

@@ -156,107 +156,17 @@ impl Params {
                 return ParamsError::new("fifo.timestamp", "the timestamp counter is off");
             }
         }
-        Ok(Config { params: *self })
-    }
-}
-
-/// Settings that the part has. Only [`Params::validate`] makes one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Config {
-    params: Params,
-}
-
-/// A register and what goes into it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Write {
-    /// Where.
-    pub register: &'static Register,
-    /// What.
-    pub value: u8,
-}
-
-impl Config {
-    /// [`Params::FRESH_KILOHERTZ`], validated.
-    pub const FRESH_KILOHERTZ: Self = Self {
-        params: Params::FRESH_KILOHERTZ,
-    };
-
-    /// The accelerometer's self-test: 52 Hz, ±4 g, everything else as after a reset.
-    pub(crate) const ACCEL_SELF_TEST: Self = Self {
-        params: Params {
-            accel: AccelParams {
-                odr: Odr::Hz52,
-                full_scale: AccelFullScale::G4,
-                filter: AccelFilter::OdrDiv2,
-            },
-            ..Self::GYRO_SELF_TEST.params
-        },
-    }
-    .with_gyro_off();
-
-    /// The gyroscope's self-test: 208 Hz, ±2000 °/s, everything else as after a reset.
-    pub(crate) const GYRO_SELF_TEST: Self = Self {
-        params: Params {
-            accel: AccelParams {
-                odr: Odr::Off,
-                full_scale: AccelFullScale::G4,
-                filter: AccelFilter::OdrDiv2,
-            },
-            gyro: GyroParams {
-                odr: Odr::Hz208,
-                full_scale: GyroFullScale::Dps2000,
-                filter: GyroFilter::Lpf2,
-            },
-            block_data_update: true,
-            data_ready: None,
-            timestamp: false,
-            fifo: None,
-        },
-    };
-
-    const fn with_gyro_off(mut self) -> Self {
-        self.params.gyro.odr = Odr::Off;
-        self
+        Ok(Config::new(*self))
     }
 
-    /// How many registers a configuration takes.
-    pub const WRITES: usize = 23;
-
-    /// The settings as they were given.
-    #[must_use]
-    pub const fn params(&self) -> &Params {
-        &self.params
-    }
-
-    /// Cut-off of the accelerometer's filter, Hz; `None` where it is off.
-    #[must_use]
-    pub fn accel_cutoff(&self) -> Option<f32> {
-        let accel = &self.params.accel;
-        (!accel.odr.is_off()).then(|| accel.odr.hertz() / accel.filter.divisor())
-    }
-
-    /// Cut-off of the gyroscope's filters, Hz; `None` where it is off or the cut-off is not known.
-    #[must_use]
-    pub const fn gyro_cutoff(&self) -> Option<f32> {
-        self.params.gyro.filter.cutoff(self.params.gyro.odr)
-    }
-
-    /// The configuration as register values, in the order in which they are written after a
-    /// reset: the register bank and foreign interfaces first, data rates last.
-    ///
-    /// Registers that this configuration leaves as after a reset are in it where another value
-    /// would void the data: self-test, high-pass filter and low power of the gyroscope, user
-    /// offsets, pins.
-    #[must_use]
-    pub const fn writes(&self) -> [Write; Self::WRITES] {
+    /// What [`Config::writes`] has.
+    const fn writes(&self) -> [Write; Config::WRITES] {
         let Params {
             accel,
             gyro,
             timestamp,
             ..
-        } = self.params;
+        } = *self;
         let (pulsed, int1, int2) = self.pins();
         let (watermark, bdr_xl, bdr_gy, mode) = self.fifo();
         let [watermark_low, watermark_high] = watermark.to_le_bytes();
@@ -326,13 +236,13 @@ impl Config {
 
     /// `CTRL3_C`.
     pub(crate) const fn ctrl3_c(&self) -> u8 {
-        ctrl3_c::IF_INC.mask() | ctrl3_c::BDU.place(self.params.block_data_update as u8)
+        ctrl3_c::IF_INC.mask() | ctrl3_c::BDU.place(self.block_data_update as u8)
     }
 
     /// `COUNTER_BDR_REG1`, `INT1_CTRL` and `INT2_CTRL`.
     const fn pins(&self) -> (u8, u8, u8) {
         let (mut pulsed, mut int1, mut int2) = (0, 0, 0);
-        if let Some(DataReady { sensor, pin, mode }) = self.params.data_ready {
+        if let Some(DataReady { sensor, pin, mode }) = self.data_ready {
             pulsed = match mode {
                 DataReadyMode::Pulsed => counter_bdr_reg1::DATAREADY_PULSED.mask(),
                 DataReadyMode::Latched => 0,
@@ -344,7 +254,7 @@ impl Config {
                 (Pin::Int2, Sensor::Gyro) => int2 |= int2_ctrl::DRDY_G.mask(),
             }
         }
-        if let Some(fifo) = self.params.fifo {
+        if let Some(fifo) = self.fifo {
             match fifo.pin {
                 Some(Pin::Int1) => int1 |= int1_ctrl::FIFO_TH.mask(),
                 Some(Pin::Int2) => int2 |= int2_ctrl::FIFO_TH.mask(),
@@ -358,25 +268,146 @@ impl Config {
     const fn fifo(&self) -> (u16, u8, u8, u8) {
         const CONTINUOUS: u8 = 6;
         const WITH_EACH_SAMPLE: u8 = 1;
-        let Some(fifo) = self.params.fifo else {
+        let Some(fifo) = self.fifo else {
             return (0, 0, 0, 0);
         };
-        let bdr_xl = if fifo.accel {
-            self.params.accel.odr.code()
-        } else {
-            0
-        };
-        let bdr_gy = if fifo.gyro {
-            self.params.gyro.odr.code()
-        } else {
-            0
-        };
+        let bdr_xl = if fifo.accel { self.accel.odr.code() } else { 0 };
+        let bdr_gy = if fifo.gyro { self.gyro.odr.code() } else { 0 };
         let timestamps = if fifo.timestamp { WITH_EACH_SAMPLE } else { 0 };
         let mode =
             fifo_ctrl4::FIFO_MODE.place(CONTINUOUS) | fifo_ctrl4::ODR_TS_BATCH.place(timestamps);
         (fifo.watermark, bdr_xl, bdr_gy, mode)
     }
 }
+
+/// Settings that the part has. Only [`Params::validate`] makes one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config {
+    params: Params,
+    /// The value of each of [`REGISTERS`].
+    values: [u8; Self::WRITES],
+}
+
+/// A register and what goes into it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Write {
+    /// Where.
+    pub register: &'static Register,
+    /// What.
+    pub value: u8,
+}
+
+impl Config {
+    /// [`Params::FRESH_KILOHERTZ`], validated.
+    pub const FRESH_KILOHERTZ: Self = Self::new(Params::FRESH_KILOHERTZ);
+
+    /// The accelerometer's self-test: 52 Hz, ±4 g, everything else as after a reset.
+    pub(crate) const ACCEL_SELF_TEST: Self = Self::new(Params {
+        accel: AccelParams {
+            odr: Odr::Hz52,
+            ..SELF_TEST.accel
+        },
+        ..SELF_TEST
+    });
+
+    /// The gyroscope's self-test: 208 Hz, ±2000 °/s, everything else as after a reset.
+    pub(crate) const GYRO_SELF_TEST: Self = Self::new(Params {
+        gyro: GyroParams {
+            odr: Odr::Hz208,
+            ..SELF_TEST.gyro
+        },
+        ..SELF_TEST
+    });
+
+    /// The register values are computed here, so that a constant configuration costs no code.
+    const fn new(params: Params) -> Self {
+        let writes = params.writes();
+        let mut values = [0; Self::WRITES];
+        let (mut from, mut to) = (writes.as_slice(), values.as_mut_slice());
+        while let ([write, writes @ ..], [value, values @ ..]) = (from, to) {
+            *value = write.value;
+            (from, to) = (writes, values);
+        }
+        Self { params, values }
+    }
+
+    /// How many registers a configuration takes.
+    pub const WRITES: usize = 23;
+
+    /// The settings as they were given.
+    #[must_use]
+    pub const fn params(&self) -> &Params {
+        &self.params
+    }
+
+    /// Cut-off of the accelerometer's filter, Hz; `None` where it is off.
+    #[must_use]
+    pub fn accel_cutoff(&self) -> Option<f32> {
+        let accel = &self.params.accel;
+        (!accel.odr.is_off()).then(|| accel.odr.hertz() / accel.filter.divisor())
+    }
+
+    /// Cut-off of the gyroscope's filters, Hz; `None` where it is off or the cut-off is not known.
+    #[must_use]
+    pub const fn gyro_cutoff(&self) -> Option<f32> {
+        self.params.gyro.filter.cutoff(self.params.gyro.odr)
+    }
+
+    /// The configuration as register values, in the order in which they are written after a
+    /// reset: the register bank and foreign interfaces first, data rates last.
+    ///
+    /// Registers that this configuration leaves as after a reset are in it where another value
+    /// would void the data: self-test, high-pass filter and low power of the gyroscope, user
+    /// offsets, pins.
+    pub fn writes(&self) -> impl Iterator<Item = Write> + '_ {
+        let writes = REGISTERS.iter().zip(&self.values);
+        writes.map(|(register, value)| Write {
+            register,
+            value: *value,
+        })
+    }
+
+    /// The write with this index in [`writes`](Self::writes); `None` from [`WRITES`](Self::WRITES) on.
+    #[must_use]
+    pub fn write(&self, index: usize) -> Option<Write> {
+        Some(Write {
+            register: REGISTERS.get(index)?,
+            value: *self.values.get(index)?,
+        })
+    }
+}
+
+/// Both sensors off, at the full scales and filters of their self-tests.
+const SELF_TEST: Params = Params {
+    accel: AccelParams {
+        odr: Odr::Off,
+        full_scale: AccelFullScale::G4,
+        filter: AccelFilter::OdrDiv2,
+    },
+    gyro: GyroParams {
+        odr: Odr::Off,
+        full_scale: GyroFullScale::Dps2000,
+        filter: GyroFilter::Lpf2,
+    },
+    block_data_update: true,
+    data_ready: None,
+    timestamp: false,
+    fifo: None,
+};
+
+/// The registers of a configuration, in the order of [`Config::writes`].
+static REGISTERS: [&Register; Config::WRITES] = {
+    let writes = Params::FRESH_KILOHERTZ.writes();
+    let mut registers = [&register::FUNC_CFG_ACCESS; Config::WRITES];
+    let (mut from, mut to) = (writes.as_slice(), registers.as_mut_slice());
+    while let ([write, writes @ ..], [register, registers @ ..]) = (from, to) {
+        *register = write.register;
+        (from, to) = (writes, registers);
+    }
+    registers
+};
 
 const fn write(register: &'static Register, value: u8) -> Write {
     Write { register, value }
@@ -407,185 +438,4 @@ impl fmt::Display for ParamsError {
 impl core::error::Error for ParamsError {}
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::string::ToString;
-
-    fn refused(change: impl FnOnce(&mut Params)) -> &'static str {
-        let mut params = Params::FRESH_KILOHERTZ;
-        change(&mut params);
-        params.validate().map_or_else(|error| error.field, |_| "")
-    }
-
-    fn value_of(params: &Params, register: Register) -> u8 {
-        let config = params.validate().unwrap();
-        let mut found = config
-            .writes()
-            .into_iter()
-            .filter(|w| *w.register == register);
-        let value = found.next().unwrap().value;
-        assert!(found.next().is_none(), "{} is written twice", register.name);
-        value
-    }
-
-    const FIFO: FifoParams = FifoParams {
-        watermark: 300,
-        accel: true,
-        gyro: true,
-        timestamp: true,
-        pin: Some(Pin::Int2),
-    };
-
-    #[test]
-    fn the_preset_is_valid() {
-        assert_eq!(
-            Params::FRESH_KILOHERTZ.validate(),
-            Ok(Config::FRESH_KILOHERTZ)
-        );
-    }
-
-    #[test]
-    fn the_presets_cut_offs_match_and_lie_below_500_hz() {
-        let accel = Config::FRESH_KILOHERTZ.accel_cutoff().unwrap();
-        let gyro = Config::FRESH_KILOHERTZ.gyro_cutoff().unwrap();
-        assert!((accel - 333.35).abs() < 0.01 && gyro == 335.0);
-    }
-
-    #[test]
-    fn what_the_part_does_not_have_is_refused_with_the_name_of_the_field() {
-        assert_eq!(refused(|p| p.gyro.odr = Odr::Hz1_6), "gyro.odr");
-        assert_eq!(refused(|p| p.accel.odr = Odr::Hz1_6), "accel.filter");
-        assert_eq!(refused(|p| p.gyro.odr = Odr::Off), "data_ready.sensor");
-        assert_eq!(
-            refused(|p| {
-                p.gyro.odr = Odr::Off;
-                p.accel.odr = Odr::Off;
-            }),
-            "accel.odr"
-        );
-        for watermark in [0, 512] {
-            let fifo = FifoParams { watermark, ..FIFO };
-            assert_eq!(refused(|p| p.fifo = Some(fifo)), "fifo.watermark");
-        }
-        assert_eq!(
-            refused(|p| {
-                p.fifo = Some(FIFO);
-                p.accel.odr = Odr::Off;
-            }),
-            "fifo.accel"
-        );
-        assert_eq!(
-            refused(|p| {
-                p.fifo = Some(FIFO);
-                p.data_ready = None;
-                p.gyro.odr = Odr::Off;
-            }),
-            "fifo.gyro"
-        );
-        assert_eq!(
-            refused(|p| {
-                p.fifo = Some(FIFO);
-                p.timestamp = false;
-            }),
-            "fifo.timestamp"
-        );
-        let none = FifoParams {
-            accel: false,
-            gyro: false,
-            ..FIFO
-        };
-        assert_eq!(refused(|p| p.fifo = Some(none)), "fifo");
-    }
-
-    #[test]
-    fn the_message_names_the_field_and_the_problem() {
-        let mut params = Params::FRESH_KILOHERTZ;
-        params.gyro.odr = Odr::Hz1_6;
-        assert_eq!(
-            params.validate().unwrap_err().to_string(),
-            "gyro.odr: the gyroscope has no 1.6 Hz rate"
-        );
-    }
-
-    #[test]
-    fn no_configuration_touches_a_reserved_bit() {
-        for odr in Odr::ALL {
-            for full_scale in GyroFullScale::ALL {
-                for ftype in Ftype::ALL {
-                    let mut params = Params::FRESH_KILOHERTZ;
-                    params.gyro.odr = odr;
-                    params.gyro.full_scale = full_scale;
-                    params.gyro.filter = GyroFilter::Lpf1(ftype);
-                    params.fifo = Some(FIFO);
-                    let Ok(config) = params.validate() else {
-                        continue;
-                    };
-                    for Write { register, value } in config.writes() {
-                        assert!(register.keeps_reserved_bits(value), "{}", register.name);
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn full_scales_have_sts_codes() {
-        let mut params = Params::FRESH_KILOHERTZ;
-        for (full_scale, value) in AccelFullScale::ALL
-            .into_iter()
-            .zip([0xA2, 0xAA, 0xAE, 0xA6])
-        {
-            params.accel.full_scale = full_scale;
-            assert_eq!(
-                value_of(&params, register::CTRL1_XL),
-                value,
-                "{full_scale:?}"
-            );
-        }
-        let values = [0xA2, 0xA0, 0xA4, 0xA8, 0xAC];
-        for (full_scale, value) in GyroFullScale::ALL.into_iter().zip(values) {
-            params.gyro.full_scale = full_scale;
-            assert_eq!(
-                value_of(&params, register::CTRL2_G),
-                value,
-                "{full_scale:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn i2c_and_i3c_are_off_in_every_configuration() {
-        let params = Params::FRESH_KILOHERTZ;
-        assert!(ctrl4_c::I2C_DISABLE.is_set(value_of(&params, register::CTRL4_C)));
-        assert!(ctrl9_xl::I3C_DISABLE.is_set(value_of(&params, register::CTRL9_XL)));
-    }
-
-    #[test]
-    fn the_data_ready_pin_is_driven_by_the_chosen_sensor_alone() {
-        let mut params = Params::FRESH_KILOHERTZ;
-        assert_eq!(value_of(&params, register::INT1_CTRL), 0x02);
-        assert_eq!(value_of(&params, register::INT2_CTRL), 0x00);
-        assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x80);
-        params.data_ready = Some(DataReady {
-            sensor: Sensor::Accel,
-            pin: Pin::Int2,
-            mode: DataReadyMode::Latched,
-        });
-        assert_eq!(value_of(&params, register::INT1_CTRL), 0x00);
-        assert_eq!(value_of(&params, register::INT2_CTRL), 0x01);
-        assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x00);
-    }
-
-    #[test]
-    fn the_fifo_takes_both_sensors_at_their_rates_up_to_a_nine_bit_watermark() {
-        let params = Params {
-            fifo: Some(FIFO),
-            ..Params::FRESH_KILOHERTZ
-        };
-        assert_eq!(value_of(&params, register::FIFO_CTRL1), 0x2C);
-        assert_eq!(value_of(&params, register::FIFO_CTRL2), 0x01);
-        assert_eq!(value_of(&params, register::FIFO_CTRL3), 0xAA);
-        assert_eq!(value_of(&params, register::FIFO_CTRL4), 0x46);
-        assert_eq!(value_of(&params, register::INT2_CTRL), 0x08);
-    }
-}
+mod tests;

@@ -57,13 +57,13 @@ pub trait SetSpiClock {
 
 /// A blocking bus or delay with the face of an asynchronous one.
 #[derive(Debug)]
-struct AtOnce<T>(T);
+struct Blocking<T>(T);
 
-impl<SPI: ErrorType> ErrorType for AtOnce<SPI> {
+impl<SPI: ErrorType> ErrorType for Blocking<SPI> {
     type Error = SPI::Error;
 }
 
-impl<SPI: SpiDevice> embedded_hal_async::spi::SpiDevice for AtOnce<SPI> {
+impl<SPI: SpiDevice> embedded_hal_async::spi::SpiDevice for Blocking<SPI> {
     async fn transaction(
         &mut self,
         operations: &mut [Operation<'_, u8>],
@@ -72,7 +72,7 @@ impl<SPI: SpiDevice> embedded_hal_async::spi::SpiDevice for AtOnce<SPI> {
     }
 }
 
-impl<D: DelayNs> embedded_hal_async::delay::DelayNs for AtOnce<&mut D> {
+impl<D: DelayNs> embedded_hal_async::delay::DelayNs for Blocking<&mut D> {
     async fn delay_ns(&mut self, ns: u32) {
         self.0.delay_ns(ns);
     }
@@ -87,7 +87,7 @@ impl<D: DelayNs> embedded_hal_async::delay::DelayNs for AtOnce<&mut D> {
 }
 
 /// Runs a future that never waits.
-fn at_once<F: Future>(future: F) -> F::Output {
+fn run<F: Future>(future: F) -> F::Output {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
     loop {
@@ -100,14 +100,14 @@ fn at_once<F: Future>(future: F) -> F::Output {
 /// An LSM6DSOX on SPI, mode 0 or 3, at most 10 MHz \[D\].
 #[derive(Debug)]
 pub struct Lsm6dsox<SPI> {
-    inner: asynch::Lsm6dsox<AtOnce<SPI>>,
+    inner: asynch::Lsm6dsox<Blocking<SPI>>,
 }
 
 impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// A driver that has not touched the bus; [`init`](Self::init) comes next.
     pub const fn new(spi: SPI, config: Config) -> Self {
         Self {
-            inner: asynch::Lsm6dsox::new(AtOnce(spi), config),
+            inner: asynch::Lsm6dsox::new(Blocking(spi), config),
         }
     }
 
@@ -129,7 +129,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// The first register that does not hold what it should.
     pub fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
-        at_once(self.inner.init(&mut AtOnce(delay)))
+        run(self.inner.init(&mut Blocking(delay)))
     }
 
     /// Changes the configuration; [`init`](Self::init) with another one.
@@ -141,7 +141,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         config: Config,
         delay: &mut impl DelayNs,
     ) -> Result<(), Error<SPI::Error>> {
-        at_once(self.inner.reconfigure(config, &mut AtOnce(delay)))
+        run(self.inner.reconfigure(config, &mut Blocking(delay)))
     }
 
     /// Whether a part with the right identity answers.
@@ -149,7 +149,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::Identity`] with what was read instead.
     pub fn check_identity(&mut self) -> Result<(), Error<SPI::Error>> {
-        at_once(self.inner.check_identity())
+        run(self.inner.check_identity())
     }
 
     /// Reads every register of the configuration back. A part that was reset behind the driver's
@@ -159,7 +159,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`Error::ReadBack`] with the first register that differs. There are no samples then until
     /// [`init`](Self::init) has succeeded.
     pub fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
-        at_once(self.inner.verify())
+        run(self.inner.verify())
     }
 
     /// Reads one register of [`Config::writes`] back: a look at a time, where
@@ -168,7 +168,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::ReadBack`] where it differs.
     pub fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
-        at_once(self.inner.check(write))
+        run(self.inner.check(write))
     }
 
     /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.
@@ -177,7 +177,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`Error::Status`] where what came back cannot be a sample, [`Error::Unconfigured`] where
     /// the part is not known to hold the configuration.
     pub fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
-        at_once(self.inner.sample())
+        run(self.inner.sample())
     }
 
     /// Reads `STATUS_REG` alone.
@@ -185,7 +185,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::Status`] where what came back cannot be a status.
     pub fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
-        at_once(self.inner.status())
+        run(self.inner.status())
     }
 
     /// Reads the part's 25 µs counter.
@@ -193,7 +193,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// Those of the bus.
     pub fn timestamp(&mut self) -> Result<SensorTimestamp, Error<SPI::Error>> {
-        at_once(self.inner.timestamp())
+        run(self.inner.timestamp())
     }
 
     /// Sets the part's 25 µs counter to zero.
@@ -201,7 +201,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// Those of the bus.
     pub fn reset_timestamp(&mut self) -> Result<(), Error<SPI::Error>> {
-        at_once(self.inner.reset_timestamp())
+        run(self.inner.reset_timestamp())
     }
 
     /// Reads by how much the part's clock is off.
@@ -209,7 +209,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// Those of the bus.
     pub fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
-        at_once(self.inner.frequency_fine())
+        run(self.inner.frequency_fine())
     }
 
     /// Reads the FIFO's level and alarms. Reading clears the note of an overrun.
@@ -217,7 +217,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::Status`] where what came back cannot be a status.
     pub fn fifo_status(&mut self) -> Result<FifoStatus, Error<SPI::Error>> {
-        at_once(self.inner.fifo_status())
+        run(self.inner.fifo_status())
     }
 
     /// Reads the FIFO's status and then, in one transfer, as many words as there are and as fit
@@ -230,7 +230,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         &mut self,
         buffer: &'a mut [WordBytes],
     ) -> Result<FifoBatch<'a>, Error<SPI::Error>> {
-        at_once(self.inner.read_fifo(buffer))
+        run(self.inner.read_fifo(buffer))
     }
 
     /// Switches both sensors off. [`init`](Self::init) switches them on again; until then there
@@ -239,7 +239,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::ReadBack`] with the data rate that did not take.
     pub fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
-        at_once(self.inner.power_down())
+        run(self.inner.power_down())
     }
 
     /// Runs ST's self-test, then [`init`](Self::init). The part must lie still for a second.
@@ -249,6 +249,6 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// After an error the part may be under a test signal: there are no samples until
     /// [`init`](Self::init) has succeeded.
     pub fn self_test(&mut self, delay: &mut impl DelayNs) -> Result<SelfTest, Error<SPI::Error>> {
-        at_once(self.inner.self_test(&mut AtOnce(delay)))
+        run(self.inner.self_test(&mut Blocking(delay)))
     }
 }

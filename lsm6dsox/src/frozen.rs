@@ -119,8 +119,8 @@ impl FrozenDetector {
         self.frozen()
     }
 
-    /// How often in a row the last sample has come by now, beyond the first time: for whoever
-    /// cannot wait for [`REPEATS`](Self::REPEATS) of them.
+    /// How often in a row the last sample has repeated: for a caller that cannot wait for
+    /// [`REPEATS`](Self::REPEATS) of them.
     #[must_use]
     pub const fn repeats(&self) -> u16 {
         self.repeats

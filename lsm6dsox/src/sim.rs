@@ -2,18 +2,18 @@
 //!
 //! [`Part`] holds registers, clock, signal paths, FIFO and pins; a [`SharedPart`] hands out its
 //! ends: a [`SimSpi`] for the drivers, a [`SimI2c`] for others' drivers, a [`SimDelay`] that
-//! lets its time pass. What it measures comes from a [`Motion`]. What breaks is a [`Fault`].
+//! lets its time pass. What it measures comes from a [`Motion`]. What breaks is a [`PartFault`].
 //!
 //! | what | how near to the part |
 //! |---|---|
-//! | registers | values after reset, read-only, reserved bits kept; offences against either are counted |
+//! | registers | values after reset, read-only, reserved bits kept; violations against either are counted |
 //! | clock | its own, with an error and jitter; all data rates divide 6667 Hz, 25 µs steps of the timestamp come from it too |
 //! | filters | point samples of the motion at 6667 Hz, then one second-order Butterworth low-pass at the cut-off set; the accelerometer's ODR/2 at 6667 Hz passes everything; where the cut-off is not known 0.4 ODR |
 //! | noise | white before the filter, of the densities in [`noise`](crate::noise) |
 //! | range | clipped before the filter at the end of the 16-bit range, and again after |
 //! | start | by [`StartTimes`]: after its data rate is set a gyroscope gives its first sample after 35 ms \[D\] and is wrong until 70 ms (AN5040, LSM6DSL), an accelerometer gives its first after 5 ms (assumed); filters start settled |
 //! | register banks | `FUNC_CFG_ACCESS` switches to two others, which hold what is written and do nothing |
-//! | 3-wire SPI | with `SIM` set nobody drives the data line; writes still work |
+//! | 3-wire SPI | with `SIM` set no part drives the data line; writes still work |
 //! | SDO | valid some ns after the clock's edge: a clock too fast for it reads each bit one clock late |
 //! | data ready | latched until a high byte is read, or 75 µs long \[D\] |
 //! | FIFO | bypass, FIFO and continuous mode; temperature, decimated timestamps, a depth that ends at the watermark; a word is gone once its last byte is read |
@@ -26,7 +26,7 @@
 //! Not there: what the other register banks do, compression, interrupts other than data-ready and
 //! watermark, high-pass filters, user offsets, optical stabilisation, external triggers, ultra low
 //! power, open-drain pins. A write that switches one of them on is an
-//! [offence](Offence::NotSimulated).
+//! [violation](Violation::NotSimulated).
 //!
 //! Time is the caller's: nothing happens until [`Part::advance_to`]. The same seed, motion and
 //! calls give the same bits on every machine: arithmetic is + − × ÷ and the `libm` crate.
@@ -45,8 +45,8 @@ mod paths;
 mod pins;
 mod random;
 
-pub use fault::{Axis, Fault};
+pub use fault::{Axis, PartFault};
 pub use handle::{I2cError, SharedPart, SimDelay, SimI2c, SimSpi};
-pub use memory::Offence;
+pub use memory::Violation;
 pub use motion::{Interpolation, Motion, Recording, RecordingError, Stimulus};
 pub use part::{Part, PartOptions, StartTimes};

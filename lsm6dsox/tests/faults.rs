@@ -3,7 +3,7 @@
 mod common;
 
 use common::{QUIET, part, sensor};
-use lsm6dsox::sim::{Axis, Fault, Part, PartOptions};
+use lsm6dsox::sim::{Axis, Part, PartFault, PartOptions};
 use lsm6dsox::{
     Config, Error, FrozenDetector, Lsm6dsox, Pin, Sensor, SetSpiClock, SpiClock, register,
 };
@@ -14,7 +14,7 @@ const PRESET: Config = Config::FRESH_KILOHERTZ;
 #[test]
 fn a_data_line_stuck_low_is_a_part_with_the_identity_0x00() {
     let part = part(QUIET);
-    part.inject(Fault::MisoStuckLow);
+    part.inject(PartFault::MisoStuckLow);
     let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
     assert_eq!(
         sensor.init(&mut part.delay()),
@@ -26,7 +26,7 @@ fn a_data_line_stuck_low_is_a_part_with_the_identity_0x00() {
 fn a_data_line_that_sticks_low_later_gives_stale_samples_and_fails_the_check() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
-    part.inject(Fault::MisoStuckLow);
+    part.inject(PartFault::MisoStuckLow);
     let sample = sensor.sample().unwrap();
     assert!(!sample.status.accel_fresh() && !sample.status.gyro_fresh());
     assert!(matches!(
@@ -43,7 +43,7 @@ fn a_data_line_that_sticks_low_later_gives_stale_samples_and_fails_the_check() {
 fn a_data_line_stuck_high_is_a_part_with_the_identity_0xff_and_sends_no_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
-    part.inject(Fault::MisoStuckHigh);
+    part.inject(PartFault::MisoStuckHigh);
     assert_eq!(
         sensor.sample(),
         Err(Error::Status {
@@ -67,7 +67,7 @@ fn a_data_line_stuck_high_is_a_part_with_the_identity_0xff_and_sends_no_samples(
 #[test]
 fn another_identity_is_reported_as_it_was_read() {
     let part = part(QUIET);
-    part.inject(Fault::WrongId(0x6B));
+    part.inject(PartFault::WrongId(0x6B));
     let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
     let error = sensor.init(&mut part.delay()).unwrap_err();
     assert_eq!(
@@ -79,7 +79,7 @@ fn another_identity_is_reported_as_it_was_read() {
 #[test]
 fn frequent_bit_flips_stop_init_at_a_register_it_names() {
     let part = part(QUIET);
-    part.inject(Fault::BitFlips {
+    part.inject(PartFault::BitFlips {
         per_million: 100_000,
     });
     let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
@@ -93,7 +93,7 @@ fn frequent_bit_flips_stop_init_at_a_register_it_names() {
 fn rare_bit_flips_show_in_the_status_of_some_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
-    part.inject(Fault::BitFlips { per_million: 1_000 });
+    part.inject(PartFault::BitFlips { per_million: 1_000 });
     let refused = (0..10_000)
         .filter(|_| {
             part.advance_by(MILLISECOND);
@@ -109,7 +109,7 @@ fn a_reset_in_mid_run_gives_stale_samples_and_names_the_register_that_lost_its_v
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     sensor.sample().unwrap();
-    part.inject(Fault::Reset);
+    part.inject(PartFault::Reset);
     for _ in 0..100 {
         part.advance_by(MILLISECOND);
         assert!(!sensor.sample().unwrap().is_fresh());
@@ -122,10 +122,10 @@ fn a_reset_in_mid_run_gives_stale_samples_and_names_the_register_that_lost_its_v
 }
 
 #[test]
-fn a_lost_data_ready_leaves_samples_fresh_for_whoever_stops_waiting() {
+fn a_lost_data_ready_leaves_samples_fresh_for_a_reader_that_stops_waiting() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
-    part.inject(Fault::DataReadyLost);
+    part.inject(PartFault::DataReadyLost);
     for _ in 0..100 {
         assert_eq!(part.next_rising_edge_ns(Pin::Int1), None);
         assert!(!part.pin_is_high(Pin::Int1));
@@ -138,7 +138,7 @@ fn a_lost_data_ready_leaves_samples_fresh_for_whoever_stops_waiting() {
 fn edges_of_a_storm_without_a_sample_behind_them_give_stale_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
-    part.inject(Fault::DataReadyStorm { period_ns: 15_000 });
+    part.inject(PartFault::DataReadyStorm { period_ns: 15_000 });
     let mut fresh = 0;
     for _ in 0..1_000 {
         part.advance_to(part.next_rising_edge_ns(Pin::Int1).unwrap());
@@ -162,7 +162,7 @@ fn frozen_outputs_say_they_are_fresh_and_the_detector_knows_better() {
         part.advance_by(MILLISECOND);
         assert_eq!(detector.update(&sensor.sample().unwrap()), 0);
     }
-    part.inject(Fault::FrozenOutput);
+    part.inject(PartFault::FrozenOutput);
     let noticed = (0..20).position(|_| {
         part.advance_by(MILLISECOND);
         let sample = sensor.sample().unwrap();
@@ -185,7 +185,7 @@ fn an_axis_sticks_at_its_code_while_the_others_go_on() {
         (Sensor::Gyro, Axis::Z, -5),
         (Sensor::Gyro, Axis::X, 1),
     ] {
-        part.inject(Fault::AxisStuck { sensor, axis, code });
+        part.inject(PartFault::AxisStuck { sensor, axis, code });
     }
     let mut changed = [false; 6];
     let mut last = None;
@@ -212,7 +212,7 @@ fn one_sensor_freezes_while_the_other_goes_on() {
         let mut sensor = sensor(&part, PRESET);
         part.advance_by(MILLISECOND);
         let before = sensor.sample().unwrap();
-        part.inject(Fault::SensorFrozen(frozen));
+        part.inject(PartFault::SensorFrozen(frozen));
         part.advance_by(10 * MILLISECOND);
         let after = sensor.sample().unwrap();
         assert!(after.is_fresh());
@@ -229,7 +229,7 @@ fn a_flipped_register_acts_as_if_it_had_been_written() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     // The full scale of the accelerometer: 16 g to 4 g.
-    part.inject(Fault::RegisterFlipped {
+    part.inject(PartFault::RegisterFlipped {
         address: register::CTRL1_XL.address,
         bits: 0x0C,
     });
@@ -256,7 +256,7 @@ fn a_part_in_another_bank_or_on_three_wires_cannot_be_read_and_comes_back_with_i
     ] {
         let part = part(QUIET);
         let mut sensor = sensor(&part, PRESET);
-        part.inject(Fault::RegisterFlipped {
+        part.inject(PartFault::RegisterFlipped {
             address: register.address,
             bits,
         });
@@ -283,7 +283,7 @@ fn whatever_voids_the_data_is_read_back() {
         for bit in (0..8).filter(|bit| register.mask & 1 << bit != 0) {
             let part = part(QUIET);
             let mut sensor = sensor(&part, PRESET);
-            part.inject(Fault::RegisterFlipped {
+            part.inject(PartFault::RegisterFlipped {
                 address: register.address,
                 bits: 1 << bit,
             });
@@ -307,7 +307,7 @@ fn the_first_sample_after_init_is_that_of_a_settled_gyroscope() {
 fn a_slow_data_line_is_read_a_bit_late_at_10_mhz_and_right_at_5_mhz() {
     for (ns, late) in [(25, false), (45, false), (46, true), (50, true)] {
         let part = part(QUIET);
-        part.inject(Fault::SdoDelay { ns });
+        part.inject(PartFault::SdoDelay { ns });
         let mut spi = part.spi();
         spi.set_spi_clock(SpiClock::Full);
         let mut sensor = Lsm6dsox::new(spi, PRESET);
@@ -327,7 +327,7 @@ fn glitches_come_beside_the_edges_of_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     sensor.sample().unwrap();
-    part.inject(Fault::DataReadyGlitches { period_ns: 40_000 });
+    part.inject(PartFault::DataReadyGlitches { period_ns: 40_000 });
     let end = part.now_ns() + 3 * MILLISECOND;
     let (mut real, mut glitches) = (0, 0);
     while let Some(edge) = part.next_rising_edge_ns(Pin::Int1).filter(|ns| *ns < end) {
@@ -350,7 +350,7 @@ fn saturated_codes_are_flagged_and_not_hidden() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     assert!(!sensor.sample().unwrap().is_saturated());
-    part.inject(Fault::Saturation);
+    part.inject(PartFault::Saturation);
     part.advance_by(MILLISECOND);
     let raw = sensor.sample().unwrap();
     assert_eq!(raw.specific_force.saturated(), [true; 3]);
@@ -364,13 +364,13 @@ fn saturated_codes_are_flagged_and_not_hidden() {
 fn a_clock_three_per_cent_slow_still_gives_a_fresh_sample_each_millisecond() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
-    part.inject(Fault::ClockRatio(0.97));
+    part.inject(PartFault::ClockRatio(0.97));
     let before = sensor.timestamp().unwrap();
     for _ in 0..1_000 {
         part.advance_by(MILLISECOND);
         assert!(sensor.sample().unwrap().is_fresh());
     }
-    // The timestamp tells, the trim does not.
+    // The timestamp shows it, the trim does not.
     let steps = sensor.timestamp().unwrap().steps_since(before);
     assert!(steps.abs_diff(38_800) <= 1, "{steps}");
     assert_eq!(sensor.frequency_fine().unwrap().0, 0);
@@ -380,7 +380,7 @@ fn a_clock_three_per_cent_slow_still_gives_a_fresh_sample_each_millisecond() {
 fn a_clock_at_a_tenth_of_its_rate_gives_stale_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
-    part.inject(Fault::ClockRatio(0.1));
+    part.inject(PartFault::ClockRatio(0.1));
     let fresh = (0..1_000)
         .filter(|_| {
             part.advance_by(MILLISECOND);
@@ -394,24 +394,24 @@ fn a_clock_at_a_tenth_of_its_rate_gives_stale_samples() {
 fn a_part_is_sound_again_when_its_faults_are_gone() {
     let part = part(QUIET);
     for fault in [
-        Fault::MisoStuckLow,
-        Fault::MisoStuckHigh,
-        Fault::BitFlips {
+        PartFault::MisoStuckLow,
+        PartFault::MisoStuckHigh,
+        PartFault::BitFlips {
             per_million: 500_000,
         },
-        Fault::WrongId(0),
-        Fault::DataReadyLost,
-        Fault::DataReadyStorm { period_ns: 1_000 },
-        Fault::FrozenOutput,
-        Fault::SensorFrozen(Sensor::Accel),
-        Fault::AxisStuck {
+        PartFault::WrongId(0),
+        PartFault::DataReadyLost,
+        PartFault::DataReadyStorm { period_ns: 1_000 },
+        PartFault::FrozenOutput,
+        PartFault::SensorFrozen(Sensor::Accel),
+        PartFault::AxisStuck {
             sensor: Sensor::Gyro,
             axis: Axis::X,
             code: i16::MAX,
         },
-        Fault::DataReadyGlitches { period_ns: 0 },
-        Fault::Saturation,
-        Fault::ClockRatio(0.1),
+        PartFault::DataReadyGlitches { period_ns: 0 },
+        PartFault::Saturation,
+        PartFault::ClockRatio(0.1),
     ] {
         part.inject(fault);
     }

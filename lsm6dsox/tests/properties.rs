@@ -1,4 +1,4 @@
-//! No bytes on the bus, in either direction, make anybody panic.
+//! No bytes on the bus, in either direction, cause a panic.
 
 mod common;
 
@@ -7,7 +7,7 @@ use core::convert::Infallible;
 use common::{QUIET, part};
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use embedded_hal_mock::eh1::delay::NoopDelay;
-use lsm6dsox::sim::{Fault, PartOptions};
+use lsm6dsox::sim::{PartFault, PartOptions};
 use lsm6dsox::{Config, FifoWord, FrozenDetector, Lsm6dsox, Pin, RawSample};
 use proptest::prelude::*;
 
@@ -82,7 +82,7 @@ proptest! {
     #[test]
     fn the_driver_bears_a_part_on_a_bad_line(seed in any::<u64>(), per_million in 0_u32..3_000) {
         let part = part(PartOptions { seed, noise: true, ..QUIET });
-        part.inject(Fault::BitFlips { per_million });
+        part.inject(PartFault::BitFlips { per_million });
         let mut sensor = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
         exercise(&mut sensor, &mut part.delay());
     }

@@ -10,7 +10,7 @@ use embedded_hal::spi::SpiDevice as _;
 use lsm6dsox::register::Register;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use lsm6dsox::sim::{
-    Fault, Interpolation, Part, PartOptions, Recording, SharedPart, SimSpi, Stimulus,
+    Interpolation, Part, PartFault, PartOptions, Recording, SharedPart, SimSpi, Stimulus,
 };
 use lsm6dsox::{
     AccelFilter, AccelFullScale, Config, DataReady, DataReadyMode, FifoData, FifoParams,
@@ -20,7 +20,7 @@ use lsm6dsox::{
 const MILLISECOND: u64 = 1_000_000;
 
 #[test]
-fn init_commits_no_offence_against_a_register() {
+fn init_violates_no_register() {
     for fifo in [None, Some(FIFO)] {
         let part = part(QUIET);
         let params = Params {
@@ -31,7 +31,7 @@ fn init_commits_no_offence_against_a_register() {
         sensor.verify().unwrap();
         sensor.self_test(&mut part.delay()).unwrap();
         sensor.power_down().unwrap();
-        assert_eq!(part.with(|part| part.offences().to_vec()), []);
+        assert_eq!(part.with(|part| part.violations().to_vec()), []);
     }
 }
 
@@ -109,7 +109,7 @@ fn a_simulated_mcu_drives_the_bus_byte_by_byte() {
     let part = part(QUIET);
     part.advance_by(10 * MILLISECOND);
     part.with(|part| {
-        // Nobody drives the line, which the board pulls down.
+        // No part drives the line, which the board pulls down.
         assert_eq!(part.exchange(0x8F), 0x00);
         part.select();
         part.exchange(0x8F);
@@ -568,7 +568,7 @@ fn a_reset_empties_the_fifo_and_stops_the_timestamp() {
     let resets: [fn(&SharedPart); 3] = [
         |part| write(part, register::CTRL3_C, 0x05),
         |part| write(part, register::CTRL3_C, 0x84),
-        |part| part.inject(Fault::Reset),
+        |part| part.inject(PartFault::Reset),
     ];
     for reset in resets {
         let part = part(QUIET);
@@ -696,6 +696,6 @@ fn a_fifo_takes_temperatures_and_every_eighth_timestamp() {
         assert!((166..=168).contains(&gyro), "{gyro}");
         assert!((10..=11).contains(&temperature), "{temperature}");
         assert!((20..=22).contains(&timestamp), "{timestamp}");
-        assert_eq!(part.offences(), []);
+        assert_eq!(part.violations(), []);
     });
 }

@@ -223,7 +223,7 @@ impl Chip {
         if matches!(cause, ResetCause::BrownOut | ResetCause::PowerOn) {
             self.power_lost = true;
             if let Some(sensor) = &mut self.sensor {
-                sensor.inject(lsm6dsox::sim::Fault::Reset);
+                sensor.inject(lsm6dsox::sim::PartFault::Reset);
             }
         }
     }

@@ -5,7 +5,7 @@ mod common;
 
 use common::{boot_product, product};
 use estimator_core::Decision;
-use lsm6dsox::sim::Fault as Sensor;
+use lsm6dsox::sim::PartFault as Sensor;
 use virtual_board::board::{Board, Fault};
 use virtual_board::part::can::{BusFault, Frame};
 use virtual_board::part::rcc::ResetCause;

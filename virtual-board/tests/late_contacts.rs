@@ -5,7 +5,7 @@ mod common;
 
 use common::{boot_product, product};
 use estimator_core::Decision;
-use lsm6dsox::sim::Fault as Sensor;
+use lsm6dsox::sim::PartFault as Sensor;
 use virtual_board::board::Fault;
 use virtual_board::part::usart::TimedByte;
 use virtual_board::scenario::Step;

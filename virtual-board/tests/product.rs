@@ -54,7 +54,7 @@ fn it_sends_an_estimate_every_millisecond_and_calls_a_still_foot_stable() {
             .chip
             .sensor
             .as_ref()
-            .map(|sensor| sensor.offences().to_vec())
+            .map(|sensor| sensor.violations().to_vec())
     };
     assert_eq!(
         offences,
@@ -180,7 +180,7 @@ fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
         faults: vec!["frozen@1000".into()],
         deeds: vec![Deed {
             ms: 1_000,
-            step: Step::Wrong(Fault::Sensor(lsm6dsox::sim::Fault::FrozenOutput)),
+            step: Step::Wrong(Fault::Sensor(lsm6dsox::sim::PartFault::FrozenOutput)),
         }],
         traffic: Traffic::Full,
     };

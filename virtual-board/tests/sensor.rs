@@ -4,7 +4,7 @@
 mod common;
 
 use common::{MILLISECOND, options, product, run};
-use lsm6dsox::sim::{Axis, Fault as SensorFault, Stimulus};
+use lsm6dsox::sim::{Axis, PartFault as SensorFault, Stimulus};
 use lsm6dsox::{Sensor, register};
 use virtual_board::board::{Board, BoardOptions, Fault};
 use virtual_board::parity;

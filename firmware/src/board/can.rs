@@ -31,7 +31,7 @@ bind_interrupts!(struct Irqs {
     CAN1_SCE => SceInterruptHandler<peripherals::CAN1>;
 });
 
-/// Who waits for a frame.
+/// The task that waits for a frame.
 static FRAME_CAME: AtomicWaker = AtomicWaker::new();
 
 /// A frame came.
@@ -39,13 +39,13 @@ struct Came;
 
 impl typelevel::Handler<typelevel::CAN1_RX0> for Came {
     unsafe fn on_interrupt() {
-        // Until somebody waits for the next one.
+        // It is enabled again when a task waits for the next one.
         CAN1.ier().modify(|w| w.set_fmpie(0, false));
         FRAME_CAME.wake();
     }
 }
 
-/// Whether the controller is there to be used.
+/// Whether the controller has joined a bus: see [`bus_state`].
 static STARTED: AtomicBool = AtomicBool::new(false);
 
 /// The peripherals, until the bit rate is known.
@@ -64,7 +64,7 @@ pub struct Sender(CanTx<'static>);
 /// The receiving half.
 pub struct Receiver {
     _frames: CanRx<'static>,
-    /// Whether one was lost since that was asked last.
+    /// Whether a frame was lost since [`take_overrun`](Self::take_overrun).
     overrun: bool,
 }
 
@@ -82,8 +82,8 @@ impl Parts {
         ] {
             irq.set_priority(COMMUNICATION_PRIORITY);
         }
-        // Only while somebody waits for it ([`Sender::freed`]).
-        tell_of_empty_mailboxes(false);
+        // Enabled only while [`Sender::freed`] waits for it.
+        set_mailbox_empty_interrupt(Enable::Off);
         let (sender, receiver) = can.split();
         let mut control = Control(can);
         control.set_bit_rate(bit_rate);
@@ -96,8 +96,8 @@ impl Parts {
     }
 }
 
-/// What a foot has to hear, whatever its node id: NMT, SYNC, TIME, LSS, RPDO1 and requests of
-/// SDO. What the other feet send does not cost a single instruction.
+/// Lets through the frames of masters, for any node id: NMT, SYNC, TIME, LSS, RPDO1 and requests of
+/// SDO. Frames of the other feet cost no instruction.
 fn listen_to_masters(can: &mut Can) {
     const fn id(raw: u16) -> StandardId {
         match StandardId::new(raw) {
@@ -117,8 +117,8 @@ fn listen_to_masters(can: &mut Can) {
 impl Control {
     /// Leaves the bus and joins it again at `bit_rate`, one of 125, 250, 500 and 1000 kbit/s.
     ///
-    /// Where the bus is never idle it is not joined, which [`bus_state`] reports; this does not wait
-    /// for it. The HAL would wait, for ever where the bus is shorted, both to leave and to join.
+    /// A bus that is never idle is not joined, which [`bus_state`] reports; this does not wait for it.
+    /// The HAL would wait both to leave and to join, without end on a shorted bus.
     pub fn set_bit_rate(&mut self, bit_rate: u32) {
         if !initialise() {
             // A reset of the controller waits for nothing on the bus (RM0090, CAN_MCR.RESET).
@@ -174,18 +174,14 @@ fn initialise() -> bool {
     })
 }
 
-/// Puts a frame into an empty mailbox; of those that wait there, the controller sends the lowest
-/// identifier first. False where there is no room, or a frame of the same identifier waits already:
-/// their order would not be kept. One mailbox is left to the contact, so that it never waits behind
-/// frames of lower rank.
+/// Puts a frame into an empty mailbox; the controller sends the lowest identifier first. False if there
+/// is no room, or if a frame of the same identifier waits already: their order would not be kept. One
+/// mailbox is reserved for the contact, so that it never waits behind frames of lower rank.
 ///
-/// Not to be called while a call of it is interrupted.
+/// Called once [`Parts::start`] has returned, and never while another call of it is interrupted.
 pub fn try_send(frame: &CanFrame) -> bool {
     const CONTACT: u16 = Pdo::Contact.base();
     const FUNCTION: u16 = 0x780;
-    if !STARTED.load(Ordering::Acquire) {
-        return false;
-    }
     let status = CAN1.tsr().read();
     let mut empty = None;
     let mut room = 0;
@@ -210,11 +206,15 @@ pub fn try_send(frame: &CanFrame) -> bool {
         *to = *from;
     }
     let bytes = u64::from_le_bytes(bytes);
-    let place = CAN1.tx(mailbox as usize);
-    place.tdtr().write(|w| w.set_dlc(frame.data().len() as u8));
-    place.tdlr().write_value(regs::Tdlr(bytes as u32));
-    place.tdhr().write_value(regs::Tdhr((bytes >> 32) as u32));
-    place.tir().write(|w| {
+    let registers = CAN1.tx(mailbox as usize);
+    registers
+        .tdtr()
+        .write(|w| w.set_dlc(frame.data().len() as u8));
+    registers.tdlr().write_value(regs::Tdlr(bytes as u32));
+    registers
+        .tdhr()
+        .write_value(regs::Tdhr((bytes >> 32) as u32));
+    registers.tir().write(|w| {
         w.set_stid(frame.id());
         w.set_txrq(true);
     });
@@ -222,18 +222,18 @@ pub fn try_send(frame: &CanFrame) -> bool {
 }
 
 impl Sender {
-    /// Gives up the frames with these identifiers that have not been sent yet, and tells how many.
+    /// Withdraws the frames with these identifiers that have not been sent yet; returns how many.
     pub fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
         let mut withdrawn = 0;
         for mailbox in mailboxes() {
-            if ask_back(mailbox, ids) && was_given_back(mailbox) {
+            if request_abort(mailbox, ids) && was_aborted(mailbox) {
                 withdrawn += 1;
             }
         }
         withdrawn
     }
 
-    /// Waits until a frame has left its mailbox, if there is any in one.
+    /// Waits until a frame has left its mailbox, if one has a frame.
     pub async fn freed(&self) {
         if mailboxes().all(|mailbox| waiting_in(mailbox).is_none()) {
             return;
@@ -242,7 +242,7 @@ impl Sender {
             Some(_) => self.0.flush(mailbox).await,
             None => pending().await,
         };
-        let _told = ToldOfEmptyMailboxes::from_now_on();
+        let _guard = MailboxEmptyInterruptGuard::new();
         select3(
             emptied(Mailbox::Mailbox0),
             emptied(Mailbox::Mailbox1),
@@ -252,50 +252,57 @@ impl Sender {
     }
 }
 
-/// As long as it lives, a mailbox that becomes empty is an interrupt; also where nobody waits for it
-/// to the end.
-struct ToldOfEmptyMailboxes;
+/// Enables the interrupt of a mailbox that becomes empty, until it is dropped: also with a future that
+/// is not polled to its end.
+struct MailboxEmptyInterruptGuard;
 
-impl ToldOfEmptyMailboxes {
-    fn from_now_on() -> Self {
-        tell_of_empty_mailboxes(true);
+impl MailboxEmptyInterruptGuard {
+    fn new() -> Self {
+        set_mailbox_empty_interrupt(Enable::On);
         Self
     }
 }
 
-impl Drop for ToldOfEmptyMailboxes {
+impl Drop for MailboxEmptyInterruptGuard {
     fn drop(&mut self) {
-        tell_of_empty_mailboxes(false);
+        set_mailbox_empty_interrupt(Enable::Off);
     }
 }
 
-/// Receiving changes the same register from its interrupt.
-fn tell_of_empty_mailboxes(tell: bool) {
-    critical_section::with(|_| CAN1.ier().modify(|w| w.set_tmeie(tell)));
+/// Whether an interrupt is enabled.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Enable {
+    On,
+    Off,
 }
 
-/// The identifier of the frame that waits there.
+/// In a critical section, because the interrupt of reception changes the same register.
+fn set_mailbox_empty_interrupt(enable: Enable) {
+    critical_section::with(|_| CAN1.ier().modify(|w| w.set_tmeie(enable == Enable::On)));
+}
+
+/// The identifier of the frame that waits in a mailbox.
 fn waiting_in(mailbox: Mailbox) -> Option<u16> {
     let content = CAN1.tx(mailbox as usize).tir().read();
     content.txrq().then_some(content.stid())
 }
 
-/// Asks for the frame that waits there, where it has one of these identifiers. Meanwhile nobody
-/// puts another one in its place.
-fn ask_back(mailbox: Mailbox, ids: &Range<u16>) -> bool {
+/// Requests the abort of the frame in a mailbox, if it has one of these identifiers. In a critical
+/// section, so that no other frame takes its place meanwhile.
+fn request_abort(mailbox: Mailbox, ids: &Range<u16>) -> bool {
     critical_section::with(|_| {
-        let asked = waiting_in(mailbox).is_some_and(|id| ids.contains(&id));
-        if asked {
-            // Only ones do something.
+        let matches = waiting_in(mailbox).is_some_and(|id| ids.contains(&id));
+        if matches {
+            // Zeros have no effect.
             CAN1.tsr().write(|w| w.set_abrq(mailbox as usize, true));
         }
-        asked
+        matches
     })
 }
 
-/// Waits until the mailbox is empty, which is at once or after the frame on the bus, and tells
-/// whether its frame was not sent. Where it is full again already, that is not known any more.
-fn was_given_back(mailbox: Mailbox) -> bool {
+/// Waits until the mailbox is empty, which is at once or after the frame on the bus; returns whether its
+/// frame was aborted before it was sent. If the mailbox is full again already, that is not known.
+fn was_aborted(mailbox: Mailbox) -> bool {
     loop {
         let status = CAN1.tsr().read();
         if !status.abrq(mailbox as usize) {
@@ -323,25 +330,25 @@ impl Receiver {
         .await
     }
 
-    /// Whether a received frame was lost since this was asked last.
+    /// Whether a received frame was lost since the last call.
     pub fn take_overrun(&mut self) -> bool {
         mem::take(&mut self.overrun)
     }
 }
 
 /// The next frame of the FIFO. The HAL would panic at a length above eight, which any node may send: it
-/// stands for eight bytes (ISO 11898-1, DLC), and the controller passes it on as it is.
+/// means eight bytes (ISO 11898-1, DLC), and the controller passes it on as it is.
 fn take_frame() -> Option<CanFrame> {
     let status = CAN1.rfr(0).read();
     // One that is being released does not count.
     if status.fmp() == 0 || status.rfom() {
         return None;
     }
-    let place = CAN1.rx(0);
-    let low = u64::from(place.rdlr().read().0);
-    let bytes = (low | u64::from(place.rdhr().read().0) << 32).to_le_bytes();
-    let length = usize::from(place.rdtr().read().dlc()).min(bytes.len());
-    let frame = CanFrame::new(place.rir().read().stid(), bytes.get(..length)?);
+    let registers = CAN1.rx(0);
+    let low = u64::from(registers.rdlr().read().0);
+    let bytes = (low | u64::from(registers.rdhr().read().0) << 32).to_le_bytes();
+    let length = usize::from(registers.rdtr().read().dlc()).min(bytes.len());
+    let frame = CanFrame::new(registers.rir().read().stid(), bytes.get(..length)?);
     CAN1.rfr(0).write(|w| w.set_rfom(true));
     frame
 }
@@ -355,14 +362,16 @@ fn was_overrun() -> bool {
     overrun
 }
 
-/// How often [`bus_state`] found the controller outside the bus, in a row.
+/// Calls of [`bus_state`] in a row that found the controller outside the bus.
 static OUTSIDE: AtomicU8 = AtomicU8::new(0);
 
-/// What the controller thinks of the bus; all is well where there is none. From bus-off it comes
-/// back by itself, after 128 times 11 recessive bits. To be asked once a tick: so many ticks after
-/// the start it has joined a bus on which frames end, else that counts as bus-off.
+/// Ticks from the start until a controller that is outside the bus counts as bus-off.
+const JOINING_TICKS: u8 = 20;
+
+/// The controller's state on the bus; active where it was not started. From bus-off it recovers by
+/// itself, after 128 times 11 recessive bits. Called once a tick: [`JOINING_TICKS`] after the start it
+/// has joined any bus on which frames end, else it counts as bus-off.
 pub fn bus_state() -> BusState {
-    const JOINING_TICKS: u8 = 20;
     if !STARTED.load(Ordering::Acquire) {
         return BusState::Active;
     }

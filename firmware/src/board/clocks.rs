@@ -29,7 +29,7 @@ const _: () = assert!(
     "CRYSTAL_MHZ: the STM32F405 takes crystals of 4 to 26 MHz"
 );
 
-/// Looks at HSERDY before the crystal is given up, on the internal oscillator right after reset:
+/// Polls of HSERDY before the crystal counts as missing, on the internal oscillator right after reset:
 /// each takes at least 5 cycles of 16 MHz, so this is at least 20 ms, ten times the 2 ms that the
 /// data sheet calls typical.
 const CRYSTAL_POLLS: u32 = 64_000;
@@ -45,7 +45,7 @@ pub enum Source {
     Internal,
 }
 
-/// Starts the crystal. The HAL would wait for a missing one for ever.
+/// Starts the crystal. The HAL would wait for a missing one without end.
 pub fn start() -> Source {
     RCC.cr().modify(|w| w.set_hseon(true));
     for _ in 0..CRYSTAL_POLLS {

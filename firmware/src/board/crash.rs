@@ -1,4 +1,4 @@
-//! What is remembered over a reset: why and where the program stopped.
+//! The record of a crash, which outlives the reset: why and where the program stopped.
 //!
 //! The record lies in RAM that start-up code leaves alone. A panic or a fault writes it and
 //! resets the board; the next start takes it out.
@@ -12,14 +12,14 @@ use cortex_m::peripheral::SCB;
 use embassy_stm32::pac::RCC;
 use firmware::supervision::{CRASH_WORDS, CrashReason, CrashRecord};
 
-/// What the run before died of.
+/// The previous crash.
 #[derive(Clone, Copy, Debug)]
 pub struct Crash {
     /// Why and where. The program counter of a panic is that of the call that panicked; it is 0
     /// where it is not known, as after an overflow of the stack.
     pub record: CrashRecord,
-    /// The fault status register (CFSR) of a fault, the number of an exception that nobody
-    /// handles, 0 of a panic.
+    /// The fault status register (CFSR) of a fault, the number of an exception without
+    /// a handler, 0 of a panic.
     pub detail: u32,
 }
 
@@ -36,11 +36,11 @@ pub enum Reset {
     Watchdog,
 }
 
-/// What is written down.
+/// What is kept over the reset.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Note {
-    /// Believed only where they are a record; the rest only beside one.
+    /// Believed only if they are a record, and then the rest too.
     record: [u32; CRASH_WORDS],
     detail: u32,
 }
@@ -58,17 +58,17 @@ static NOTE: Retained<Note> = Retained(UnsafeCell::new(MaybeUninit::uninit()));
 #[unsafe(link_section = ".uninit.fault_stack")]
 static FAULT_STACK: Retained<[u64; 64]> = Retained(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// What the run before died of, if it crashed. It is told only once.
+/// The previous crash, if there was one. It is returned only once.
 pub fn take() -> Option<Crash> {
-    let place = NOTE.0.get().cast::<Note>();
-    // SAFETY: the place is valid and aligned, any bits are a note, and the volatile read keeps
+    let note = NOTE.0.get().cast::<Note>();
+    // SAFETY: the pointer is valid and aligned, any bits are a note, and the volatile read keeps
     // the compiler from concluding anything from the memory being uninitialised to it.
-    let note = unsafe { ptr::read_volatile(place) };
+    let kept = unsafe { ptr::read_volatile(note) };
     // SAFETY: as above.
-    unsafe { ptr::write_volatile(&raw mut (*place).record, [0; CRASH_WORDS]) };
+    unsafe { ptr::write_volatile(&raw mut (*note).record, [0; CRASH_WORDS]) };
     Some(Crash {
-        record: CrashRecord::from_words(note.record)?,
-        detail: note.detail,
+        record: CrashRecord::from_words(kept.record)?,
+        detail: kept.detail,
     })
 }
 
@@ -100,22 +100,22 @@ fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32) -> ! {
         record: record.to_words(),
         detail,
     };
-    // SAFETY: the place is valid and aligned, and nothing else runs any more.
+    // SAFETY: the pointer is valid and aligned, and nothing else runs any more.
     unsafe { ptr::write_volatile(NOTE.0.get().cast(), note) };
     cortex_m::asm::dsb();
     SCB::sys_reset()
 }
 
-/// Looks at nothing of what it is told: so the linker can leave out the texts of all panics, which
-/// are a tenth of the flash. The program counter leads to file and line by way of the ELF.
+/// Ignores the message, so that the linker leaves out the texts of all panics, which are a tenth of the
+/// flash. The program counter leads to file and line by way of the ELF.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     cortex_m::interrupt::disable();
     note_and_reset(CrashReason::Panic, caller(), 0)
 }
 
-/// The return address into the program on the stack nearest to its top: whoever panicked, or a
-/// function of the core library that it called.
+/// The first return address into the program on the stack: of the function that panicked, or of one in
+/// the core library that it called.
 fn caller() -> u32 {
     unsafe extern "C" {
         static __stext: u8;
@@ -123,23 +123,23 @@ fn caller() -> u32 {
         static _stack_start: u8;
     }
     let text = (&raw const __stext) as u32..(&raw const __etext) as u32;
-    let mut place = cortex_m::register::msp::read() as *const u32;
+    let mut word_at = cortex_m::register::msp::read() as *const u32;
     let top = &raw const _stack_start;
-    while place.cast::<u8>() < top {
+    while word_at.cast::<u8>() < top {
         // SAFETY: between the stack pointer and the stack's start there is the stack.
-        let word = unsafe { ptr::read_volatile(place) };
+        let word = unsafe { ptr::read_volatile(word_at) };
         // Return addresses are odd: the instruction set is Thumb.
         if word & 1 == 1 && text.contains(&word) {
             return word & !1;
         }
         // SAFETY: still at most one past the stack.
-        place = unsafe { place.add(1) };
+        word_at = unsafe { word_at.add(1) };
     }
     0
 }
 
-// The handler changes to a stack of its own before it does anything: the fault may be that there
-// is no stack left. The registers of the moment of the fault lie where the stack pointer is.
+// The handler changes to a stack of its own first, because the fault may be that there is no stack
+// left. The registers at the fault lie where the stack pointer was.
 core::arch::global_asm!(
     ".section .HardFault.foot, \"ax\"",
     ".global HardFault",
@@ -179,7 +179,7 @@ unsafe extern "C" fn hard_fault(frame: *const u32) -> ! {
     note_and_reset(CrashReason::HardFault, program_counter, status);
 }
 
-/// Whatever nobody handles, among it the loss of the crystal (NMI).
+/// Every exception without a handler of its own, among them the loss of the crystal (NMI).
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(number: i16) {
     note_and_reset(CrashReason::HardFault, 0, number as u32);

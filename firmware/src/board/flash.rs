@@ -20,7 +20,7 @@ use embassy_stm32::{Peri, peripherals};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use firmware::ports::StoreFailed;
+use firmware::storage::StoreFailed;
 
 use super::{supply, watchdog};
 

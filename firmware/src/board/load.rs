@@ -9,9 +9,9 @@ use embassy_stm32::{Peri, peripherals, rcc};
 const CHANNEL: u8 = 10;
 
 /// The running converter.
-pub struct Load(());
+pub struct LoadSensor(());
 
-impl Load {
+impl LoadSensor {
     /// Starts converting: 12 bits at 20 MHz, sampled over 480 cycles since load sensors are weak
     /// sources; a new value every 25 µs.
     pub(super) fn start(

@@ -1,7 +1,7 @@
 //! The board: an STM32F405RG with its crystal, an LSM6DSOX, a CAN transceiver, a serial line, a
 //! load sensor and an LED. Which pin is which is said in each module and in the README.
 //!
-//! Nothing here decides anything; that is the library's.
+//! All decisions are the library's.
 //!
 //! | interrupts, from the most urgent | |
 //! |---|---|
@@ -26,34 +26,34 @@ pub mod watchdog;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 
-/// Of what a sample waits for: its timer and the sensor's DMA.
+/// Of the timer and the sensor's DMA, for which a sample waits.
 const URGENT_PRIORITY: Priority = Priority::P1;
 
 /// Of the interrupt that stands for the sampling executor.
 pub const SAMPLING_EXECUTOR_PRIORITY: Priority = Priority::P2;
 
-/// Of what the communication lives on.
+/// Of the peripherals of the communication.
 const COMMUNICATION_PRIORITY: Priority = Priority::P4;
 
 /// Of the interrupt that stands for the communication executor.
 pub const COMMUNICATION_EXECUTOR_PRIORITY: Priority = Priority::P5;
 
-/// Everything on the board, started but for what has settings.
+/// Everything on the board, started except for what has settings.
 pub struct Board {
     /// Where the clock comes from.
     pub clock: clocks::Source,
     /// Why the processor started.
     pub reset: crash::Reset,
-    /// What the run before died of.
+    /// The previous crash, where this start follows one.
     pub crash: Option<crash::Crash>,
-    /// Tells this board from all others.
+    /// The serial number, unique to this board.
     pub serial: u32,
     /// Ticks and edges.
     pub timebase: timebase::Timebase,
     /// The sensor's bus.
-    pub sensor: sensor::Bus,
+    pub sensor: sensor::SensorBus,
     /// The load sensor.
-    pub load: load::Load,
+    pub load: load::LoadSensor,
     /// CAN, not yet on the bus.
     pub can: can::Parts,
     /// The serial line, not yet running.
@@ -94,7 +94,7 @@ pub fn start() -> Board {
         serial: serial(),
         timebase: timebase::Timebase::start(p.TIM2, p.TIM4),
         sensor: sensor.start(),
-        load: load::Load::start(p.ADC1, p.PC0),
+        load: load::LoadSensor::start(p.ADC1, p.PC0),
         can: can::Parts {
             controller: p.CAN1,
             receive: p.PB8,

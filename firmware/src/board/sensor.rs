@@ -25,7 +25,7 @@ use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use lsm6dsox::{SetSpiClock, SpiClock};
 
 use super::URGENT_PRIORITY;
-use super::timebase::Patience;
+use super::timebase::Deadline;
 
 /// Waits on the HAL's timer, at least as long as it says.
 pub struct Delay;
@@ -41,7 +41,7 @@ impl DelayNs for Delay {
     }
 }
 
-/// What the driver only writes goes from here: registers, one at a time.
+/// Room for what the driver only writes: registers, one at a time.
 const SCRATCH: usize = 8;
 
 /// Streams of DMA2, and the channel on which SPI1 asks both of them.
@@ -49,7 +49,7 @@ const RECEIVE: usize = 0;
 const TRANSMIT: usize = 3;
 const CHANNEL: u32 = 3;
 
-/// What both streams have to tell, in the same register (RM0090, 10.5.3): all events of stream 0 at
+/// The events of both streams, in the same register (RM0090, 10.5.3): all events of stream 0 at
 /// bit 0, those of stream 3 at bit 22.
 const EVENTS: u32 = 0b11_1101 | 0b11_1101 << 22;
 
@@ -62,8 +62,8 @@ const RECEIVING: u32 = BOTH | 1 << 4 | 1 << 2;
 /// Up to here the bytes are gone before a DMA would be set up.
 const SHORT: usize = 4;
 
-/// Looks for a byte before it counts as lost. It takes at most 1.6 µs; these take 25 at the least.
-const LOOKS: u32 = 1000;
+/// Polls for a byte before it counts as lost. It takes at most 1.6 µs; these polls take at least 25.
+const POLLS: u32 = 1000;
 
 /// Bytes of the longest burst, that of a sample.
 const BURST_BYTES: u32 = 17;
@@ -82,7 +82,7 @@ const fn divider(clock: SpiClock) -> Br {
 }
 
 /// The sensor on its bus, alone.
-pub struct Bus {
+pub struct SensorBus {
     /// Kept for its pins.
     _spi: Spi<'static, Blocking, Master>,
     select: Output<'static>,
@@ -100,7 +100,7 @@ pub(super) struct Parts {
     pub from_sensor: Peri<'static, peripherals::PA6>,
     pub select: Peri<'static, peripherals::PA4>,
     pub data_ready: Peri<'static, peripherals::PA0>,
-    /// Not used through the HAL, nor by anybody else.
+    /// Taken, so that no other code uses it: the HAL is bypassed.
     pub _transmit_dma: Peri<'static, peripherals::DMA2_CH3>,
     /// Likewise.
     pub _receive_dma: Peri<'static, peripherals::DMA2_CH0>,
@@ -108,7 +108,7 @@ pub(super) struct Parts {
 
 impl Parts {
     /// Opens the bus and leads the data-ready line to the timer.
-    pub fn start(self) -> Bus {
+    pub fn start(self) -> SensorBus {
         let mut config = Config::default();
         config.mode = MODE_3;
         config.frequency = Hertz(lsm6dsox::SPI_MAX_HERTZ);
@@ -126,7 +126,7 @@ impl Parts {
             DMA2.st(stream).par().write_value(SPI1.dr().as_ptr() as u32);
         }
         interrupt::DMA2_STREAM0.set_priority(URGENT_PRIORITY);
-        // SAFETY: the handler below touches nothing that anybody holds a lock on.
+        // SAFETY: the handler below touches nothing that a lock protects.
         unsafe { interrupt::DMA2_STREAM0.enable() };
         // High INT1 at power-up would put the sensor into I3C mode: a pull-down, never an up. The
         // pin stays as it is when its owner goes.
@@ -134,7 +134,7 @@ impl Parts {
             self.data_ready,
             Pull::Down,
         ));
-        let mut bus = Bus {
+        let mut bus = SensorBus {
             _spi: spi,
             select: Output::new(self.select, Level::High, Speed::VeryHigh),
             setting: SPI1.cr1().read(),
@@ -148,11 +148,11 @@ impl Parts {
     }
 }
 
-impl ErrorType for Bus {
+impl ErrorType for SensorBus {
     type Error = ErrorKind;
 }
 
-impl SpiDevice for Bus {
+impl SpiDevice for SensorBus {
     /// Every operation is a transfer in place, so that there is one way over the bus.
     async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
         self.select.set_low();
@@ -193,7 +193,7 @@ impl SpiDevice for Bus {
     }
 }
 
-impl SetSpiClock for Bus {
+impl SetSpiClock for SensorBus {
     #[inline(never)]
     fn set_spi_clock(&mut self, clock: SpiClock) {
         self.setting.set_br(divider(clock));
@@ -202,12 +202,11 @@ impl SetSpiClock for Bus {
     }
 }
 
-impl Bus {
-    /// Makes the controller as it was after the start, whatever it is in the middle of: a byte on
-    /// its way, one that nobody has fetched and that every later answer would come behind, a clock
-    /// that stands.
+impl SensorBus {
+    /// Resets the controller to its state after the start, from any state: a byte on its way, an unread
+    /// byte that would delay every later answer, a clock that stands.
     fn restart(&mut self) {
-        // Nobody else touches this register once the board has started.
+        // No other code changes this register once the board has started.
         RCC.apb2rstr().modify(|w| w.set_spi1rst(true));
         RCC.apb2rstr().modify(|w| w.set_spi1rst(false));
         SPI1.cr1().write_value(self.setting);
@@ -218,10 +217,10 @@ impl Bus {
 fn exchange(bytes: &mut [u8]) -> Result<(), ErrorKind> {
     for byte in bytes {
         SPI1.dr().write(|w| w.set_dr(u16::from(*byte)));
-        let mut looks = 0;
+        let mut polls = 0;
         while !SPI1.sr().read().rxne() {
-            looks += 1;
-            if looks == LOOKS {
+            polls += 1;
+            if polls == POLLS {
                 return Err(ErrorKind::Other);
             }
         }
@@ -230,8 +229,8 @@ fn exchange(bytes: &mut [u8]) -> Result<(), ErrorKind> {
     Ok(())
 }
 
-/// The same over DMA; the processor sleeps meanwhile, 14 µs for a sample. To leave to others what
-/// nobody else wants would take longer than most of what they do.
+/// The same over DMA; the processor sleeps meanwhile, 14 µs for a sample. To let lower levels run would
+/// take longer than most of their work.
 fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));
     // The receiver first: nothing comes before something is sent.
@@ -243,10 +242,10 @@ fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
         place.ndtr().write_value(Ndtr(bytes.len() as u32));
         place.cr().write_value(Cr(setting));
     }
-    let patience = Patience::start(limit_micros);
+    let deadline = Deadline::after(limit_micros);
     SPI1.cr2().modify(|w| w.set_txdmaen(true));
     // It stops by itself, at its end or with an error. The end is an interrupt, and so an event.
-    while DMA2.st(RECEIVE).cr().read().en() && !patience.is_over() {
+    while DMA2.st(RECEIVE).cr().read().en() && !deadline.has_passed() {
         cortex_m::asm::wfe();
     }
     compiler_fence(Ordering::Acquire);
@@ -267,7 +266,7 @@ fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     Err(ErrorKind::Other)
 }
 
-/// The burst has ended: to be awake again is all that is to be done.
+/// The burst has ended: the only effect is to end the sleep.
 #[embassy_stm32::interrupt]
 fn DMA2_STREAM0() {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));

@@ -26,7 +26,7 @@ pub struct Depth {
 }
 
 impl Depth {
-    /// Looks at the next piece, and from the far end anew when what is known to be used is reached:
+    /// Looks at the next piece, and from the far end again when what is known to be used is reached:
     /// the deepest the stack has been, bytes, where that is news.
     pub fn look(&mut self) -> Option<usize> {
         let words = size() / size_of::<u32>();

@@ -1,9 +1,8 @@
 //! TIM2: the time of samples, the 1 kHz tick and the data-ready edges' timestamps.
 //!
-//! The timer counts microseconds for ever. Compare channel 2 is the tick. Channel 1 captures each
+//! The timer counts microseconds without end. Compare channel 2 is the tick. Channel 1 captures each
 //! rising edge of the sensor's data-ready line; only the first edge after a tick raises an
-//! interrupt. Channel 3 says that there was none. Channel 4 wakes whoever sleeps for longer than he
-//! should ([`Patience`]). TIM4 counts all captures, with TIM2's trigger
+//! interrupt. Channel 3 ends the wait for it. Channel 4 ends a sleep at its [`Deadline`]. TIM4 counts all captures, with TIM2's trigger
 //! output as its clock, so that too many edges or too few are noticed and cost no interrupts.
 //!
 //! A compare value that the counter has passed does not match before the counter has wrapped, in 71
@@ -38,8 +37,8 @@ const EDGE_PERIOD_MICROS: u32 = 150;
 /// Channels, counted from 0.
 const EDGE: usize = 0;
 const TICK: usize = 1;
-const DEADLINE: usize = 2;
-const PATIENCE: usize = 3;
+const EDGE_DEADLINE: usize = 2;
+const SLEEP_DEADLINE: usize = 3;
 
 /// How often the counter has wrapped.
 static WRAPS: AtomicU32 = AtomicU32::new(0);
@@ -47,15 +46,15 @@ static WRAPS: AtomicU32 = AtomicU32::new(0);
 /// Ticks so far, modulo 2³².
 static TICKS: AtomicU32 = AtomicU32::new(0);
 
-/// What TIM4 said at the last tick.
+/// The count of TIM4 at the last tick.
 static EDGES: AtomicU16 = AtomicU16::new(0);
 
-/// By how much it had gone on since the tick before.
+/// Edges that it counted between the last two ticks.
 static EDGES_OF_TICK: AtomicU16 = AtomicU16::new(0);
 
 static ALARM: Signal<CriticalSectionRawMutex, Alarm> = Signal::new();
 
-/// What came after a tick.
+/// A tick, and its edge.
 #[derive(Clone, Copy)]
 struct Alarm {
     /// The number of the tick, modulo 2³².
@@ -103,11 +102,11 @@ impl Timebase {
         TIM2.dier().modify(|w| {
             w.set_uie(true);
             w.set_ccie(TICK, true);
-            w.set_ccie(PATIENCE, true);
+            w.set_ccie(SLEEP_DEADLINE, true);
         });
         TIM2.cr1().modify(|w| w.set_cen(true));
         interrupt::TIM2.set_priority(URGENT_PRIORITY);
-        // SAFETY: the handler below touches nothing that anybody holds a lock on.
+        // SAFETY: the handler below touches nothing that a lock protects.
         unsafe { interrupt::TIM2.enable() };
         Self { served: None }
     }
@@ -143,7 +142,7 @@ fn now_micros() -> u64 {
     loop {
         let wraps = WRAPS.load(Ordering::Acquire);
         let count = TIM2.cnt().read();
-        // A wrap that the interrupt has not counted yet: it waits for us.
+        // A wrap that the interrupt has not counted yet, because this code delays it.
         let uncounted = TIM2.sr().read().uif() && count < 1 << 31;
         if WRAPS.load(Ordering::Acquire) == wraps {
             return (u64::from(wraps) + u64::from(uncounted)) << 32 | u64::from(count);
@@ -151,32 +150,31 @@ fn now_micros() -> u64 {
     }
 }
 
-/// A wait that must not last. Its end is an interrupt, and so an event, also for a processor that
-/// sleeps until there is one.
-pub struct Patience {
+/// The latest end of a wait. It is an interrupt, and so an event, which ends the sleep of the processor.
+pub struct Deadline {
     end: u32,
 }
 
-impl Patience {
-    /// Waits for `micros` from now on. Only the sampling level does, and never twice at once.
-    pub fn start(micros: u32) -> Self {
+impl Deadline {
+    /// A deadline `micros` from now. Only the sampling level has one, and never two at once.
+    pub fn after(micros: u32) -> Self {
         let end = TIM2.cnt().read().wrapping_add(micros);
-        TIM2.ccr(PATIENCE).write_value(end);
+        TIM2.ccr(SLEEP_DEADLINE).write_value(end);
         Self { end }
     }
 
-    /// Whether it has come to its end. To be asked before each sleep: where the end has passed before it
-    /// was written, no interrupt comes.
-    pub fn is_over(&self) -> bool {
+    /// Whether it has passed. Checked before each sleep: if it passed before it was written, no interrupt
+    /// comes.
+    pub fn has_passed(&self) -> bool {
         let left = self.end.wrapping_sub(TIM2.cnt().read());
         left == 0 || left > u32::MAX / 2
     }
 }
 
-impl Drop for Patience {
-    /// Behind the counter, the end comes once more in an hour, and does no harm.
+impl Drop for Deadline {
+    /// Behind the counter it matches once more in half an hour, and does no harm.
     fn drop(&mut self) {
-        TIM2.ccr(PATIENCE)
+        TIM2.ccr(SLEEP_DEADLINE)
             .write_value(self.end.wrapping_sub(1 << 31));
     }
 }
@@ -187,7 +185,7 @@ fn extend(count: u32) -> Timestamp {
     Timestamp::from_micros(now - u64::from((now as u32).wrapping_sub(count)))
 }
 
-/// Takes what the timer says; shorter than one tick by far.
+/// Serves the timer's events; much shorter than a tick.
 #[embassy_stm32::interrupt]
 fn TIM2() {
     let pending = TIM2.sr().read();
@@ -202,36 +200,36 @@ fn TIM2() {
     if pending.ccif(TICK) {
         let tick = TIM2.ccr(TICK).read();
         TIM2.ccr(TICK).write_value(tick.wrapping_add(TICK_MICROS));
-        TIM2.ccr(DEADLINE)
+        TIM2.ccr(EDGE_DEADLINE)
             .write_value(tick.wrapping_add(EDGE_MICROS));
         // Edges before the tick are forgotten, with the note that there were several.
         acknowledge(|w| {
             w.set_ccif(TICK, false);
             w.set_ccif(EDGE, false);
             w.set_ccof(EDGE, false);
-            w.set_ccif(DEADLINE, false);
+            w.set_ccif(EDGE_DEADLINE, false);
         });
         count_edges();
         count_ticks(1);
         wait_for_edge(true);
-        // What has been passed by now will not match.
+        // A compare value that the counter has passed will not match.
         if TIM2.cnt().read().wrapping_sub(tick) >= EDGE_MICROS {
             catch_up(tick);
         }
     } else if pending.ccif(EDGE) && enabled.ccie(EDGE) {
         wait_for_edge(false);
         raise(Some(extend(TIM2.ccr(EDGE).read())));
-    } else if pending.ccif(DEADLINE) && enabled.ccie(DEADLINE) {
+    } else if pending.ccif(EDGE_DEADLINE) && enabled.ccie(EDGE_DEADLINE) {
         wait_for_edge(false);
         raise(None);
-    } else if pending.ccif(PATIENCE) {
-        // To be awake again is all that is to be done.
-        acknowledge(|w| w.set_ccif(PATIENCE, false));
+    } else if pending.ccif(SLEEP_DEADLINE) {
+        // Its only effect is to end the sleep.
+        acknowledge(|w| w.set_ccif(SLEEP_DEADLINE, false));
     }
 }
 
-/// Goes on from a tick that is served so late that its edge may have come and gone: with the newest
-/// tick, or without one where that is too late as well.
+/// Continues after a tick that is served so late that its edge may be over: with the newest tick, or
+/// with none if that is too late as well.
 #[cold]
 #[inline(never)]
 fn catch_up(mut tick: u32) {
@@ -250,8 +248,8 @@ fn catch_up(mut tick: u32) {
         wait_for_edge(served);
         if served {
             let end = tick.wrapping_add(late).wrapping_add(EDGE_MICROS);
-            TIM2.ccr(DEADLINE).write_value(end);
-            acknowledge(|w| w.set_ccif(DEADLINE, false));
+            TIM2.ccr(EDGE_DEADLINE).write_value(end);
+            acknowledge(|w| w.set_ccif(EDGE_DEADLINE, false));
             // The edges since the tick are not those before it.
             let since = (late / EDGE_PERIOD_MICROS) as u16;
             for count in [&EDGES, &EDGES_OF_TICK] {
@@ -282,7 +280,7 @@ fn count_edges() {
 fn wait_for_edge(wait: bool) {
     TIM2.dier().modify(|w| {
         w.set_ccie(EDGE, wait);
-        w.set_ccie(DEADLINE, wait);
+        w.set_ccie(EDGE_DEADLINE, wait);
     });
 }
 

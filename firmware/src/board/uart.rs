@@ -42,10 +42,10 @@ const EVENTS: u32 = 0b11_1101 << 22;
 /// interrupts at the end and at an error.
 const TRANSMITTING: u32 = 4 << 25 | 1 << 10 | 0b01 << 6 | 1 << 4 | 1 << 2 | 1;
 
-/// Who waits for the end of what is sent.
+/// The task that waits for the end of a transfer.
 static DONE: AtomicWaker = AtomicWaker::new();
 
-/// What was sent is in the transmitter.
+/// The end of a transfer: its bytes are in the transmitter.
 struct Sent;
 
 impl typelevel::Handler<typelevel::DMA2_STREAM7> for Sent {
@@ -55,7 +55,7 @@ impl typelevel::Handler<typelevel::DMA2_STREAM7> for Sent {
     }
 }
 
-/// The DMA met an error on the bus and has stopped. The HAL learns it as the end of a round: a stream
+/// The DMA met an error on the bus and has stopped. The HAL is given the end of a round instead: a stream
 /// that is switched off before its end says that it is done (RM0090, 10.3.14).
 struct NotReceived;
 
@@ -148,7 +148,7 @@ impl Sender {
     /// # Errors
     /// The DMA could not bring all of them.
     pub async fn send(&mut self, bytes: &[u8]) -> Result<(), NotSent> {
-        // A stream that has nothing to do says nothing when it is done.
+        // A stream without bytes to move reports no end.
         if bytes.is_empty() {
             return Ok(());
         }
@@ -186,7 +186,7 @@ impl Sender {
     }
 }
 
-/// Stops the stream, also where nobody waits for its end any more.
+/// Stops the stream, also with a future that is dropped before its end.
 struct Stop;
 
 impl Drop for Stop {

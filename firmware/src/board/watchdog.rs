@@ -1,5 +1,5 @@
-//! The independent watchdog: it resets the chip where nobody feeds it, from the first instructions
-//! after reset on.
+//! The independent watchdog: it resets the chip unless it is fed, from the first instructions after
+//! reset on.
 //!
 //! Its oscillator runs at 17 to 47 kHz (DS8626, table 34 \[M\]) and nominally at 32, so that the
 //! nominal period of 1 s is 0.68 to 1.88 s: longer than a start, and longer than the erase of a page with
@@ -21,11 +21,11 @@ const PERIOD_MILLIS: u32 = 1_000;
 
 const RELOAD: u32 = LSI_HZ / DIVIDER * PERIOD_MILLIS / 1_000 - 1;
 
-/// How often it can be fed, ms: ten times before it bites.
+/// The interval at which it can be fed, ms: more than ten times in its period.
 pub const FEEDING_MILLIS: u32 = 60;
 
 /// What is left of the shortest period after an erase, until all workers have reported: they are
-/// called with one feeding and looked at with the next.
+/// called at one feeding and checked at the next.
 const AFTER_ERASE_MILLIS: u32 = 2 * FEEDING_MILLIS;
 
 const _: () = assert!(RELOAD <= 0xFFF);
@@ -34,7 +34,7 @@ const _: () = assert!(
         > ERASE_MICROS / 1_000 + AFTER_ERASE_MILLIS
 );
 
-/// Looks at `IWDG_SR` until the settings are taken over, which takes five cycles of the oscillator, at
+/// Polls of `IWDG_SR` until the settings are taken over, which takes five cycles of the oscillator, at
 /// most 300 µs: some 5,000 cycles of the processor just after reset.
 const POLLS: u32 = 2_000;
 

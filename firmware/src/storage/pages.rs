@@ -27,7 +27,7 @@ use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::ports::{Erase, StoreFailed};
+use super::{Erase, StoreFailed};
 
 /// The key of the settings, which are all that the pages hold.
 pub(super) const KEY: u8 = 0;
@@ -38,13 +38,13 @@ const WORD: u32 = 4;
 /// Bytes before an item's data.
 const HEADER: u32 = 8;
 
-/// Bytes that are looked at in one go.
+/// Bytes that are read at once.
 const CHUNK: usize = 64;
 
-/// How often an item is written before the flash counts as worn out.
+/// Attempts to write an item until the flash counts as worn out.
 const ATTEMPTS: usize = 2;
 
-/// What a page is for, the less current first.
+/// The state of a page, the less current first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Use {
     /// It has no mark: blank, or half erased.
@@ -65,7 +65,7 @@ pub(super) struct Item {
     check: u32,
 }
 
-/// What is in a page.
+/// The content of a page.
 #[derive(Clone, Copy, Debug)]
 struct Page {
     is: Use,
@@ -76,12 +76,12 @@ struct Page {
     free: u32,
 }
 
-/// What a search has found.
+/// The result of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Latest {
     /// The newest complete item.
     pub(super) item: Option<Item>,
-    /// There was a newer one, which has decayed.
+    /// A newer one has decayed.
     pub(super) damaged: bool,
 }
 
@@ -129,7 +129,7 @@ where
         Ok(bytes)
     }
 
-    /// Whether nothing was ever written since the pages were erased.
+    /// Whether the pages are as after an erase.
     pub(super) fn are_blank(&mut self) -> Result<bool, F::Error> {
         self.is_blank(self.base(0), self.base(2))
     }
@@ -242,13 +242,13 @@ where
     /// Writes an item, and reads it back: it is the newest then.
     ///
     /// # Errors
-    /// As [`StoreFailed`] says. The newest item of before still is.
+    /// As [`StoreFailed`] says; the newest item is still the previous one.
     pub(super) fn append(&mut self, data: &[u8], erase: Erase) -> Result<(), StoreFailed> {
         let length = u16::try_from(data.len()).map_err(|_| StoreFailed::Flash)?;
         let check = data.iter().fold(Crc32::NEW, |crc, byte| crc.with(*byte));
         let check = check.finish();
         for _ in 0..ATTEMPTS {
-            let at = self.place(u32::from(length), erase)?;
+            let at = self.make_room(u32::from(length), erase)?;
             let written = Item {
                 data: at + HEADER,
                 length,
@@ -278,8 +278,8 @@ where
         self.flash.write(end, &last)
     }
 
-    /// A place for so many bytes of data.
-    fn place(&mut self, length: u32, erase: Erase) -> Result<u32, StoreFailed> {
+    /// The address where an item with `length` bytes of data fits, in a page that is ready for it.
+    fn make_room(&mut self, length: u32, erase: Erase) -> Result<u32, StoreFailed> {
         let room = HEADER + length.next_multiple_of(WORD);
         if WORD + room + WORD > Self::SIZE {
             return Err(StoreFailed::Flash);

@@ -1,19 +1,18 @@
 //! A foot on a bench: the simulated sensor, virtual time, and everything that comes out.
 //!
 //! Time is the part's. The executor polls the sampling loop until it waits, lets time pass until
-//! the next moment anybody waits for, and polls again: the same run gives the same bits always.
+//! the next moment that a task waits for, and polls again: the same run always gives the same bits.
 
 use std::cell::{Cell, RefCell};
 use std::pin::{Pin, pin};
 use std::task::{Context, Poll, Waker};
 
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embedded_hal_async::delay::DelayNs;
 use estimator_core::Timestamp;
 use firmware::commands::UartReceiver;
 use firmware::imu::{SENSOR, imu_sample};
 use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, Sensor, Tick, Ticks};
-use firmware::{Foot, Start};
+use firmware::{Foot, Ports, Start};
 use lsm6dsox::Pin as InterruptPin;
 use lsm6dsox::RawSample;
 use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
@@ -21,8 +20,6 @@ use wire::node::Command;
 use wire::pdo::{Contact, Pdo};
 use wire::uart::{Answer, ConfigSet, Decoder, Message, NmtRequest, encode};
 use wire::{Address, CanFrame, Emergency, Settings, Stage, Value};
-
-pub type Ports = firmware::Ports<NoopRawMutex>;
 
 pub const MS: u64 = 1_000_000;
 pub const SECOND: u64 = 1000 * MS;
@@ -47,7 +44,7 @@ pub fn part(motion: impl Motion + 'static, options: PartOptions) -> SharedPart {
     Part::with_options(motion, options).shared()
 }
 
-/// The next moment somebody waits for.
+/// The next moment that a task waits for.
 struct Alarm<'a> {
     part: &'a SharedPart,
     next_ns: &'a Cell<u64>,
@@ -122,7 +119,7 @@ impl Ticks for BenchTicks<'_> {
 }
 
 /// Something to be done to the part at a time.
-pub type Deed<'a> = (u64, &'a dyn Fn(&SharedPart));
+pub type Action<'a> = (u64, &'a dyn Fn(&SharedPart));
 
 /// How to run.
 #[derive(Clone, Copy, Default)]
@@ -130,7 +127,7 @@ pub struct Run<'a> {
     pub self_test: bool,
     pub count_edges: bool,
     /// In order of time.
-    pub deeds: &'a [Deed<'a>],
+    pub actions: &'a [Action<'a>],
 }
 
 impl Run<'_> {
@@ -151,20 +148,20 @@ impl Run<'_> {
         let delay = BenchDelay(alarm());
         let mut future = pin!(sampling::run(sensor, delay, ticks, self.self_test, each));
         let mut context = Context::from_waker(Waker::noop());
-        let mut deeds = self.deeds.iter();
-        let mut deed = deeds.next();
+        let mut actions = self.actions.iter();
+        let mut due = actions.next();
         while part.now_ns() < end {
             next_ns.set(u64::MAX);
             let poll: Pin<&mut _> = future.as_mut();
             assert!(poll.poll(&mut context).is_pending());
             let mut next = next_ns.get();
             assert!(next < u64::MAX, "the loop waits for nothing");
-            if let Some((at, action)) = deed
+            if let Some((at, action)) = due
                 && *at <= next
             {
                 part.advance_to(*at);
                 action(part);
-                deed = deeds.next();
+                due = actions.next();
                 // What was waited for may come otherwise now.
                 next = part.now_ns();
             }
@@ -319,7 +316,7 @@ impl Bench {
             sample: imu_sample(&raw, time),
             raw: Some(raw),
             activity: Activity::Measuring,
-            trouble: None,
+            fault: None,
             saturated_for_long: false,
             restarts: 0,
         };

@@ -1,10 +1,10 @@
-//! CAN and UART: requests, settings, floods, and nobody listening.
+//! CAN and UART: requests, settings, floods, and no receiver.
 
 use crate::bench::{Bench, MS, Run, SECOND, at_once, run, standing};
 use estimator_core::{Decision, Phase, Timestamp};
 use firmware::Start;
-use firmware::ports::{BusState, Erase, Input, Reloaded, Request, StoreFailed};
-use firmware::storage::Origin;
+use firmware::ports::{BusState, Input, Reloaded, Request};
+use firmware::storage::{Erase, Origin, StoreFailed};
 use firmware::supervision::{CrashReason, CrashRecord, Worker};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{BootCause, Command, State};
@@ -59,7 +59,7 @@ fn sdo_answer(bench: &Bench) -> [u8; 8] {
 }
 
 #[test]
-fn a_refused_value_changes_nothing_and_the_reason_is_told_on_both_ways() {
+fn a_refused_value_changes_nothing_and_the_reason_is_reported_on_both_ways() {
     let too_long = Value::U32(1_000_000);
     let mut bench = open();
     let before = bench.foot.settings().clone();
@@ -74,7 +74,7 @@ fn a_refused_value_changes_nothing_and_the_reason_is_told_on_both_ways() {
     bench.still();
     assert_eq!(bench.answers(), [Answer::Refused(AbortCode::Incompatible)]);
     assert_eq!(*bench.foot.settings(), before);
-    // The estimator was not even made anew.
+    // The estimator was not even replaced.
     assert_eq!(bench.foot.estimate().flags, estimate.flags);
     bench.command(Command::StartRemoteNode);
     bench.set(WINDOW, Value::U32(10_000));
@@ -182,7 +182,7 @@ fn a_flood_of_malformed_commands_is_counted_and_nothing_else() {
             for _ in 0..4 {
                 let id = u16::from_le_bytes([random(), random() & 7]);
                 let data: Vec<u8> = (0..random() % 9).map(|_| random()).collect();
-                // Neither NMT nor LSS, which everybody has to obey.
+                // Neither NMT nor LSS, which every node has to obey.
                 if !matches!(id, 0 | 0x7E5) {
                     let frame = CanFrame::new(id, &data).expect("a frame");
                     bench
@@ -207,7 +207,7 @@ fn a_flood_of_malformed_commands_is_counted_and_nothing_else() {
 }
 
 #[test]
-fn nobody_listening_for_a_minute_costs_frames_and_no_tick() {
+fn no_receiver_for_a_minute_costs_frames_and_no_tick() {
     let mut bench = bench();
     bench.can_listens = false;
     bench.uart_listens = false;
@@ -215,7 +215,7 @@ fn nobody_listening_for_a_minute_costs_frames_and_no_tick() {
     let mut valid = 0_u32;
     for tick in 0..60_000 {
         if tick == 30_000 {
-            // An answer to somebody who will read it later.
+            // An answer that is read later.
             bench.set(WINDOW, Value::U32(10_000));
         }
         bench.still();
@@ -244,16 +244,16 @@ fn nobody_listening_for_a_minute_costs_frames_and_no_tick() {
     let now = (newest.as_micros() / 10) as u16;
     assert_eq!(last.data()[4..6], now.to_le_bytes());
     // The next health frames say what was lost.
-    let told = (0..200).find_map(|_| {
+    let reported = (0..200).find_map(|_| {
         bench.still();
         let health = bench.can.iter().find(|frame| frame.id() == 0x511)?;
         Some(health.data()[2])
     });
-    assert_eq!(told, Some(bench.foot.counters().dropped() as u8));
+    assert_eq!(reported, Some(bench.foot.counters().dropped() as u8));
 }
 
 #[test]
-fn frames_that_the_board_gives_up_are_counted() {
+fn frames_that_the_board_withdraws_are_counted() {
     let mut bench = bench();
     let before = bench.foot.counters().get(Counter::CanDropped);
     assert!(bench.ports.try_put(Input::CanWithdrawn(3)));
@@ -263,7 +263,7 @@ fn frames_that_the_board_gives_up_are_counted() {
 }
 
 #[test]
-fn bus_off_is_a_fault_while_it_lasts_and_told_on_the_bus_after_the_recovery() {
+fn bus_off_is_a_fault_while_it_lasts_and_reported_on_the_bus_after_the_recovery() {
     let mut bench = bench();
     let off = Fault::CanBusOff;
     for times in 1..=2 {
@@ -309,9 +309,9 @@ fn bus_off_is_a_fault_while_it_lasts_and_told_on_the_bus_after_the_recovery() {
 }
 
 #[test]
-fn a_bus_that_is_lost_again_and_again_is_told_once_and_never_forgotten_meanwhile() {
+fn a_bus_that_is_lost_again_and_again_is_reported_once_and_never_forgotten_meanwhile() {
     let mut bench = bench();
-    let mut told = 0;
+    let mut reported = 0;
     for _ in 0..20 {
         for state in [BusState::Off, BusState::Active, BusState::Off] {
             assert!(bench.ports.try_put(Input::Bus(state)));
@@ -323,9 +323,9 @@ fn a_bus_that_is_lost_again_and_again_is_told_once_and_never_forgotten_meanwhile
         }
         assert!(bench.ports.try_put(Input::Bus(BusState::Active)));
         bench.still();
-        told += bench.emergencies().len();
+        reported += bench.emergencies().len();
     }
-    assert_eq!(told, 1);
+    assert_eq!(reported, 1);
     assert_eq!(bench.foot.counters().get(Counter::CanBusOff), 40);
 }
 
@@ -347,7 +347,7 @@ fn a_store_is_answered_when_it_is_done_and_a_failed_one_is_a_fault() {
         let request = bench.ports.try_next_request();
         let settings = bench.foot.settings().clone();
         assert_eq!(request, Some(Request::Store(settings, Erase::Allowed)));
-        // A second one has to wait its turn.
+        // A second one is refused meanwhile.
         bench.set(STORE, signature);
         bench.still();
         assert_eq!(bench.answers(), [Answer::Refused(AbortCode::Hardware)]);
@@ -400,7 +400,7 @@ fn a_reset_of_the_communication_loads_what_is_stored_and_boots_again() {
     bench.still();
     assert_eq!(bench.can[0], CanFrame::new(0x720, &[0]).expect("boot-up"));
     assert_eq!(*bench.foot.settings(), stored);
-    // Whoever asked for the reset configures and starts it.
+    // The master that asked for the reset configures and starts it.
     assert_eq!(bench.contact(), None);
     bench.command(Command::StartRemoteNode);
     bench.still();
@@ -411,7 +411,7 @@ fn a_reset_of_the_communication_loads_what_is_stored_and_boots_again() {
 }
 
 #[test]
-fn what_is_wrong_from_before_is_told_at_the_start_and_the_crash_fades() {
+fn faults_from_before_are_reported_at_the_start_and_the_crash_is_cleared_in_time() {
     let crash = CrashRecord {
         reason: CrashReason::HardFault,
         program_counter: 0x0800_1234,
@@ -427,12 +427,12 @@ fn what_is_wrong_from_before_is_told_at_the_start_and_the_crash_fades() {
     let mut bench = Bench::with_start(Settings::default(), start);
     bench.still();
     assert_eq!(bench.can[0].id(), 0x711);
-    let told: Vec<_> = bench
+    let reported: Vec<_> = bench
         .emergencies()
         .iter()
         .map(|e| (e.code, e.detail))
         .collect();
-    assert_eq!(told, [(0x6300, 0), (0x6102, 0x0800_1234)]);
+    assert_eq!(reported, [(0x6300, 0), (0x6102, 0x0800_1234)]);
     let mut bench = bench.running();
     for _ in 0..10_000 {
         bench.still();
@@ -556,29 +556,29 @@ fn a_new_threshold_is_used_and_kept_out_of_an_operational_foot() {
 }
 
 #[test]
-fn the_watchdog_is_fed_only_while_ticks_and_communication_get_on() {
+fn the_watchdog_is_fed_only_while_ticks_and_communication_are_alive() {
     let mut bench = bench();
     let report_both = |bench: &Bench| {
-        bench.ports.progress.report(Worker::Can);
-        bench.ports.progress.report(Worker::Uart);
+        bench.ports.liveness.report(Worker::Can);
+        bench.ports.liveness.report(Worker::Uart);
     };
     report_both(&bench);
-    assert!(bench.ports.progress.all_got_on());
+    assert!(bench.ports.liveness.all_alive());
     report_both(&bench);
-    assert!(!bench.ports.progress.all_got_on(), "without a tick");
+    assert!(!bench.ports.liveness.all_alive(), "without a tick");
     bench.still();
-    assert!(bench.ports.progress.all_got_on());
+    assert!(bench.ports.liveness.all_alive());
     bench.still();
-    bench.ports.progress.report(Worker::Can);
-    assert!(!bench.ports.progress.all_got_on(), "without the UART");
+    bench.ports.liveness.report(Worker::Can);
+    assert!(!bench.ports.liveness.all_alive(), "without the UART");
 }
 
 #[test]
 fn damaged_settings_are_reported_after_a_reset_of_the_communication_and_until_sound_ones_come() {
     let mut bench = bench();
-    for (origin, told) in [
+    for (origin, reported) in [
         (Origin::Corrupted, vec![0x6300]),
-        // The node has booted, so whoever listens hears of it again.
+        // The node has booted, so it is reported again.
         (Origin::Corrupted, vec![0x6300]),
         (Origin::Stored, vec![]),
         (Origin::Corrupted, vec![0x6300]),
@@ -593,7 +593,7 @@ fn damaged_settings_are_reported_after_a_reset_of_the_communication_and_until_so
         }));
         bench.still();
         let codes: Vec<_> = bench.emergencies().iter().map(|e| e.code).collect();
-        assert_eq!(codes, told, "{origin:?}");
+        assert_eq!(codes, reported, "{origin:?}");
         let faults = bench.foot.faults();
         let corrupted = origin == Origin::Corrupted;
         assert_eq!(faults.contains(Fault::ConfigCorrupted), corrupted);
@@ -630,8 +630,8 @@ fn a_supply_too_low_to_store_has_a_detail_of_its_own() {
     assert!(bench.ports.try_put(Input::Stored(low)));
     bench.still();
     assert_eq!(bench.answers(), [Answer::Refused(AbortCode::Hardware)]);
-    let told: Vec<_> = bench.emergencies();
-    assert_eq!((told[0].code, told[0].detail), (0x6301, 1));
+    let reported = bench.emergencies();
+    assert_eq!((reported[0].code, reported[0].detail), (0x6301, 1));
 }
 
 #[test]

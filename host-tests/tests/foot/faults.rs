@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, MS, ORDINARY, Run, SECOND, Sent, part, run, standing};
 use estimator_core::Decision;
-use lsm6dsox::sim::{Fault as SimFault, Part, PartOptions, SharedPart, Stimulus};
+use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart, Stimulus};
 use wire::{Emergency, Fault, Settings, Stage};
 
 /// Within which every fault of the sensor is flagged and P is 0, ns.
@@ -17,9 +17,9 @@ const DURATION: u64 = 150 * MS;
 #[derive(Clone, Copy)]
 struct Case {
     name: &'static str,
-    fault: SimFault,
-    /// The emergencies that tell of it, the first one first.
-    told: &'static [Fault],
+    fault: PartFault,
+    /// The emergencies that report it, in their order.
+    reported: &'static [Fault],
     /// Within which no frame is valid any more, ns: one tick, but for what only shows in time.
     doubted_within: u64,
     edges_counted: bool,
@@ -28,57 +28,57 @@ struct Case {
 const CASES: &[Case] = &[
     case(
         "data line stuck low",
-        SimFault::MisoStuckLow,
+        PartFault::MisoStuckLow,
         &[Fault::SensorWrongId],
     ),
     case(
         "data line stuck high",
-        SimFault::MisoStuckHigh,
+        PartFault::MisoStuckHigh,
         &[Fault::SensorWrongId],
     ),
     doubted_within(
         4 * MS,
         case(
             "another identity",
-            SimFault::WrongId(0x6B),
+            PartFault::WrongId(0x6B),
             &[Fault::SensorWrongId],
         ),
     ),
     case(
         "reset",
-        SimFault::Reset,
+        PartFault::Reset,
         &[Fault::SensorSilent, Fault::SensorReset],
     ),
     case(
         "data-ready lost",
-        SimFault::DataReadyLost,
+        PartFault::DataReadyLost,
         &[Fault::SensorSilent],
     ),
     doubted_within(
         3 * MS,
         case(
             "outputs frozen",
-            SimFault::FrozenOutput,
+            PartFault::FrozenOutput,
             &[Fault::SensorFrozen],
         ),
     ),
     counted(case(
         "clock at a tenth",
-        SimFault::ClockRatio(0.1),
+        PartFault::ClockRatio(0.1),
         &[Fault::SensorTiming],
     )),
     counted(case(
         "data-ready storm",
-        SimFault::DataReadyStorm { period_ns: 15_000 },
+        PartFault::DataReadyStorm { period_ns: 15_000 },
         &[Fault::SensorTiming],
     )),
 ];
 
-const fn case(name: &'static str, fault: SimFault, told: &'static [Fault]) -> Case {
+const fn case(name: &'static str, fault: PartFault, reported: &'static [Fault]) -> Case {
     Case {
         name,
         fault,
-        told,
+        reported,
         doubted_within: MS + 300_000,
         edges_counted: false,
     }
@@ -112,19 +112,19 @@ struct Seen {
     recovered: Option<u64>,
     /// From the end of the fault to the first frame that says "stable" again.
     stable_again: Option<u64>,
-    told: Vec<Fault>,
+    reported: Vec<Fault>,
     restarts: u32,
 }
 
 /// Injects a fault at `begin` and clears it later, and watches every frame.
-fn watch(fault: SimFault, begin: u64, edges_counted: bool) -> Seen {
+fn watch(fault: PartFault, begin: u64, edges_counted: bool) -> Seen {
     let part = standing();
     let end = begin + DURATION;
     let inject = |part: &SharedPart| part.inject(fault);
     let clear = |part: &SharedPart| part.with(Part::clear_faults);
     let options = Run {
         count_edges: edges_counted,
-        deeds: &[(begin, &inject), (end, &clear)],
+        actions: &[(begin, &inject), (end, &clear)],
         ..Run::default()
     };
     let mut bench = Bench::new(Settings::default());
@@ -144,10 +144,10 @@ fn watch(fault: SimFault, begin: u64, edges_counted: bool) -> Seen {
                 ns: part.now_ns(),
                 contact,
             };
-            let told = bench.can.iter().filter(|frame| frame.id() == 0x91);
-            for emergency in told.map(|frame| Emergency::decode(frame.data8().expect("EMCY"))) {
+            let reported = bench.can.iter().filter(|frame| frame.id() == 0x91);
+            for emergency in reported.map(|frame| Emergency::decode(frame.data8().expect("EMCY"))) {
                 if emergency.code != 0 {
-                    seen.told.extend(emergency.fault);
+                    seen.reported.extend(emergency.fault);
                 }
             }
             note(&mut seen, &mut said_stable, sent, begin, end);
@@ -221,9 +221,9 @@ fn every_fault_of_the_sensor_is_flagged_within_5_ms_and_recovered_from() {
             assert!(seen.recovered.is_some(), "{at}: not recovered");
             assert!(seen.stable_again.is_some(), "{at}: never stable again");
             assert!(
-                seen.told.starts_with(case.told),
-                "{at}: told of {:?}",
-                seen.told
+                seen.reported.starts_with(case.reported),
+                "{at}: reported {:?}",
+                seen.reported
             );
             assert!(seen.restarts > 0, "{at}");
             worst.doubted = worst.doubted.max(seen.doubted);
@@ -234,7 +234,7 @@ fn every_fault_of_the_sensor_is_flagged_within_5_ms_and_recovered_from() {
         println!(
             "| {} | {} | {} | {} | {} | {} |",
             case.name,
-            case.told
+            case.reported
                 .iter()
                 .map(|f| format!("{:#06X}", f.code()))
                 .collect::<Vec<_>>()
@@ -249,25 +249,25 @@ fn every_fault_of_the_sensor_is_flagged_within_5_ms_and_recovered_from() {
 
 #[test]
 fn what_every_sensor_does_now_and_then_is_no_fault() {
-    let harmless: [(&str, SimFault, bool); 3] = [
-        ("a clock 3 % slow", SimFault::ClockRatio(0.97), true),
-        ("a clock 5 % fast", SimFault::ClockRatio(1.05), true),
+    let harmless: [(&str, PartFault, bool); 3] = [
+        ("a clock 3 % slow", PartFault::ClockRatio(0.97), true),
+        ("a clock 5 % fast", PartFault::ClockRatio(1.05), true),
         (
             "one bit in a million",
-            SimFault::BitFlips { per_million: 1 },
+            PartFault::BitFlips { per_million: 1 },
             false,
         ),
     ];
     for (name, fault, edges_counted) in harmless {
         let seen = watch(fault, BEGIN, edges_counted);
-        assert_eq!((seen.told, seen.restarts), (vec![], 0), "{name}");
+        assert_eq!((seen.reported, seen.restarts), (vec![], 0), "{name}");
     }
 }
 
 #[test]
 fn a_sensor_driven_beyond_its_range_is_not_believed_from_the_first_sample_on() {
     for phase in 0..10 {
-        let seen = watch(SimFault::Saturation, BEGIN + phase * 113_313, false);
+        let seen = watch(PartFault::Saturation, BEGIN + phase * 113_313, false);
         assert!(
             seen.doubted.is_some_and(|ns| ns <= 2 * MS),
             "{:?}",
@@ -286,7 +286,7 @@ fn a_sensor_driven_beyond_its_range_is_not_believed_from_the_first_sample_on() {
             seen.flagged
         );
         assert_eq!(
-            (seen.told, seen.restarts),
+            (seen.reported, seen.restarts),
             (vec![Fault::SensorSaturated], 0)
         );
         assert!(seen.recovered.is_some() && seen.stable_again.is_some());
@@ -294,8 +294,8 @@ fn a_sensor_driven_beyond_its_range_is_not_believed_from_the_first_sample_on() {
 }
 
 #[test]
-fn a_noisy_line_is_doubted_and_told_of_though_spi_has_no_checksum() {
-    let flips = SimFault::BitFlips {
+fn a_noisy_line_is_doubted_and_reported_though_spi_has_no_checksum() {
+    let flips = PartFault::BitFlips {
         per_million: 100_000,
     };
     for phase in 0..10 {
@@ -317,9 +317,9 @@ fn a_noisy_line_is_doubted_and_told_of_though_spi_has_no_checksum() {
 #[test]
 fn a_foot_without_a_sensor_says_so_and_nothing_else() {
     let part = standing();
-    part.inject(SimFault::MisoStuckHigh);
+    part.inject(PartFault::MisoStuckHigh);
     let mut bench = Bench::new(Settings::default());
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     let mut frames = 0_u32;
     run(
         Run::default(),
@@ -333,12 +333,12 @@ fn a_foot_without_a_sensor_says_so_and_nothing_else() {
             assert!(!contact.status.is_valid() && contact.stable.0 == 0);
             assert_eq!(contact.status.decision(), Decision::NotStable);
             let emergencies = bench.can.iter().filter(|frame| frame.id() == 0x91);
-            told.extend(emergencies.map(|f| Emergency::decode(f.data8().expect("EMCY"))));
+            reported.extend(emergencies.map(|f| Emergency::decode(f.data8().expect("EMCY"))));
         },
     );
     assert!(frames >= 2998, "{frames}");
-    let told: Vec<_> = told.iter().map(|e| (e.code, e.detail)).collect();
-    assert_eq!(told, [(Fault::SensorWrongId.code(), 0xFF)]);
+    let reported: Vec<_> = reported.iter().map(|e| (e.code, e.detail)).collect();
+    assert_eq!(reported, [(Fault::SensorWrongId.code(), 0xFF)]);
 }
 
 #[test]

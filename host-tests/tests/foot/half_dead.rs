@@ -4,7 +4,7 @@
 use crate::bench::{Bench, MS, ORDINARY, Run, SECOND, part, run};
 use estimator_core::Decision;
 use firmware::sampling::READ_BACK_TICKS;
-use lsm6dsox::sim::{Axis, Fault as SimFault, Part, SharedPart, Stimulus};
+use lsm6dsox::sim::{Axis, Part, PartFault, SharedPart, Stimulus};
 use lsm6dsox::{Sensor, SpiClock, register};
 use wire::{Fault, Settings};
 
@@ -30,7 +30,7 @@ struct Seen {
 
 /// A foot that stands, and from [`BEGIN`] on moves as `moves` says with `fault`, for a second and a
 /// half.
-fn watch(fault: SimFault, moves: Stimulus, phase_ns: u64) -> Seen {
+fn watch(fault: PartFault, moves: Stimulus, phase_ns: u64) -> Seen {
     let begin = BEGIN + phase_ns;
     let end = begin + 1500 * MS;
     let seconds = |ns: u64| ns as f64 / SECOND as f64;
@@ -46,7 +46,7 @@ fn watch(fault: SimFault, moves: Stimulus, phase_ns: u64) -> Seen {
     let inject = |part: &SharedPart| part.inject(fault);
     let clear = |part: &SharedPart| part.with(Part::clear_faults);
     let options = Run {
-        deeds: &[(begin, &inject), (end, &clear)],
+        actions: &[(begin, &inject), (end, &clear)],
         ..Run::default()
     };
     let mut bench = Bench::new(Settings::default());
@@ -68,8 +68,9 @@ fn watch(fault: SimFault, moves: Stimulus, phase_ns: u64) -> Seen {
             let raised = bench
                 .emergencies()
                 .into_iter()
-                .filter(|told| told.code != 0);
-            seen.all.extend(raised.filter_map(|told| told.fault));
+                .filter(|emergency| emergency.code != 0);
+            seen.all
+                .extend(raised.filter_map(|emergency| emergency.fault));
             if !(begin..end).contains(&now) {
                 return;
             }
@@ -105,7 +106,7 @@ fn turn() -> Stimulus {
 
 #[test]
 fn a_half_dead_sensor_is_reported_within_its_bound_and_never_believed_while_it_lasts() {
-    let stuck = |sensor, axis, code| SimFault::AxisStuck { sensor, axis, code };
+    let stuck = |sensor, axis, code| PartFault::AxisStuck { sensor, axis, code };
     for (name, fault, moves, axes, within) in [
         ("ax", stuck(Sensor::Accel, Axis::X, 0), slide(), 0b1, 31),
         (
@@ -126,19 +127,19 @@ fn a_half_dead_sensor_is_reported_within_its_bound_and_never_believed_while_it_l
         ),
         (
             "accelerometer",
-            SimFault::SensorFrozen(Sensor::Accel),
+            PartFault::SensorFrozen(Sensor::Accel),
             slide(),
             0b111,
             21,
         ),
         (
             "gyroscope",
-            SimFault::SensorFrozen(Sensor::Gyro),
+            PartFault::SensorFrozen(Sensor::Gyro),
             turn(),
             0b11_1000,
             41,
         ),
-        ("all", SimFault::FrozenOutput, slide(), 0b11_1111, 5),
+        ("all", PartFault::FrozenOutput, slide(), 0b11_1111, 5),
     ] {
         for phase in 0..4 {
             let seen = watch(fault, moves, phase * 2_713_313);
@@ -176,7 +177,7 @@ fn a_foot_that_stands_still_for_ten_minutes_has_no_frozen_axis() {
 
 #[test]
 fn a_data_line_that_was_stuck_for_a_while_is_not_taken_for_a_reset_of_the_sensor() {
-    for fault in [SimFault::MisoStuckLow, SimFault::MisoStuckHigh] {
+    for fault in [PartFault::MisoStuckLow, PartFault::MisoStuckHigh] {
         let seen = watch(fault, Stimulus::REST, 0);
         assert_eq!(seen.all, [Fault::SensorWrongId], "{fault:?}");
         assert!(seen.stable_at_the_end, "{fault:?}");
@@ -186,7 +187,7 @@ fn a_data_line_that_was_stuck_for_a_while_is_not_taken_for_a_reset_of_the_sensor
 #[test]
 fn a_sensor_whose_data_line_is_too_slow_is_read_at_half_the_clock() {
     let part = part(|_: f64| Stimulus::REST, ORDINARY);
-    part.inject(SimFault::SdoDelay { ns: 50 });
+    part.inject(PartFault::SdoDelay { ns: 50 });
     part.with(|part| part.set_bus_clock(SpiClock::Full.hertz()));
     let mut bench = Bench::new(Settings::default());
     let mut stable = false;
@@ -220,7 +221,7 @@ fn a_register_that_changes_behind_the_drivers_back_is_reported_and_put_right() {
         (register::Y_OFS_USR, 0x01),
         (register::Z_OFS_USR, 0x80),
     ] {
-        let fault = SimFault::RegisterFlipped {
+        let fault = PartFault::RegisterFlipped {
             address: register.address,
             bits,
         };

@@ -7,8 +7,7 @@ use std::ops::Range;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use firmware::ports::{Erase, StoreFailed};
-use firmware::storage::{Origin, Storage};
+use firmware::storage::{Erase, Origin, Storage, StoreFailed};
 use wire::dictionary::index;
 use wire::{Address, Settings, Value};
 
@@ -16,7 +15,7 @@ const PAGE: usize = 2048;
 const PAGES: usize = 2;
 const RANGE: Range<u32> = 0..(PAGE * PAGES) as u32;
 
-/// Two pages of flash that lose their power after so many bytes. A write clears bits, byte by
+/// Two pages of flash that lose their power after N bytes. A write clears bits, byte by
 /// byte; an erase sets them, byte by byte too.
 #[derive(Clone)]
 pub struct Flash {

@@ -163,7 +163,7 @@ impl Part {
     }
 
     /// One byte from the master, one byte to it. While chip select is high, and with 3-wire SPI
-    /// always, nobody drives the data line: [`open_line`](super::PartOptions::open_line).
+    /// always, no part drives the data line: [`open_line`](super::PartOptions::open_line).
     pub fn exchange(&mut self, out: u8) -> u8 {
         let byte = self.answer(out);
         if ctrl3_c::SIM.is_set(self.memory.get(register::CTRL3_C)) {
@@ -239,7 +239,7 @@ impl Part {
         }
     }
 
-    /// A byte as the master gets it, with what is wrong on the line.
+    /// A byte as the master receives it, with the faults of the line.
     pub(super) fn read_bus(&mut self, address: u8) -> u8 {
         let mut byte = self.read_register(address);
         if self.faults.flips_per_million > 0 {

@@ -1,4 +1,4 @@
-//! What can be wrong with a part, on request.
+//! Faults of a part, injected on request.
 
 use crate::setting::Sensor;
 
@@ -18,10 +18,10 @@ impl Axis {
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 }
 
-/// A fault. Faults add up; the same kind again replaces the earlier one, but for
+/// A fault of the part. Faults add up; the same kind again replaces the earlier one, but for
 /// [`AxisStuck`](Self::AxisStuck), which each axis has for itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
+pub enum PartFault {
     /// The part's data line is stuck at 0: every byte read is 0x00.
     MisoStuckLow,
     /// The part's data line is stuck at 1: every byte read is 0xFF.
@@ -77,7 +77,7 @@ pub enum Fault {
     },
     /// Every axis is driven beyond the end of its range.
     Saturation,
-    /// The clock runs at this rate over the one it was made with; the trim does not tell.
+    /// The clock runs at this rate over the one it was made with; the trim does not show it.
     ClockRatio(f64),
 }
 
@@ -96,7 +96,7 @@ pub(super) struct Faults {
     pub(super) saturated: bool,
 }
 
-/// What is wrong with the outputs of one sensor.
+/// The faults of the outputs of one sensor.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Broken {
     pub(super) frozen: bool,

@@ -8,7 +8,7 @@ use std::rc::Rc;
 use embedded_hal::i2c::{self, I2c, NoAcknowledgeSource, SevenBitAddress};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 
-use super::fault::Fault;
+use super::fault::PartFault;
 use super::part::Part;
 use crate::driver::{SetSpiClock, SpiClock};
 use crate::setting::Pin;
@@ -65,7 +65,7 @@ impl SharedPart {
     }
 
     /// [`Part::inject`].
-    pub fn inject(&self, fault: Fault) {
+    pub fn inject(&self, fault: PartFault) {
         self.with(|part| part.inject(fault));
     }
 
@@ -155,7 +155,7 @@ impl SimI2c {
     pub const ADDRESS: u8 = 0x6A;
 }
 
-/// Nobody answered: another address, or I²C is switched off.
+/// No answer: another address, or I²C is switched off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct I2cError;
 

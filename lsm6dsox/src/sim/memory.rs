@@ -9,7 +9,7 @@ use crate::register::{
 
 /// Something a driver must not do to the registers. The part shrugs it off; tests need not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Offence {
+pub enum Violation {
     /// A write to a register that only can be read.
     WroteReadOnly {
         /// Where.
@@ -116,8 +116,8 @@ fn not_simulated(address: u8, value: u8) -> u8 {
     fields.iter().fold(0, |bits, field| bits | field.mask()) & value
 }
 
-/// Offences that are kept; later ones are only counted by being missing.
-const OFFENCES: usize = 256;
+/// The most violations that are kept; later ones are not.
+const MAX_VIOLATIONS: usize = 256;
 
 /// A bank of registers of which none is described.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,7 +133,7 @@ pub(super) struct Memory {
     /// The other banks: what was written, without any effect.
     others: [[u8; 128]; 2],
     described: [Option<Register>; 128],
-    offences: Vec<Offence>,
+    violations: Vec<Violation>,
 }
 
 impl Memory {
@@ -146,7 +146,7 @@ impl Memory {
             values: [0; 128],
             others: [[0; 128]; 2],
             described,
-            offences: Vec::new(),
+            violations: Vec::new(),
         };
         memory.reset();
         memory
@@ -177,10 +177,10 @@ impl Memory {
 
     /// Writes the bits that can be written.
     pub(super) fn write(&mut self, address: u8, value: u8) {
-        let offence = match self.described[usize::from(address & 0x7F)] {
-            None => Some(Offence::WroteUnknown { address, value }),
+        let violation = match self.described[usize::from(address & 0x7F)] {
+            None => Some(Violation::WroteUnknown { address, value }),
             Some(register) if register.access == Access::ReadOnly => {
-                Some(Offence::WroteReadOnly { address, value })
+                Some(Violation::WroteReadOnly { address, value })
             }
             Some(register) => {
                 self.put(
@@ -189,18 +189,18 @@ impl Memory {
                 );
                 let bits = not_simulated(address, value);
                 if !register.keeps_reserved_bits(value) {
-                    Some(Offence::ChangedReservedBits { address, value })
+                    Some(Violation::ChangedReservedBits { address, value })
                 } else if bits != 0 {
-                    Some(Offence::NotSimulated { address, bits })
+                    Some(Violation::NotSimulated { address, bits })
                 } else {
                     None
                 }
             }
         };
-        if let Some(offence) = offence
-            && self.offences.len() < OFFENCES
+        if let Some(violation) = violation
+            && self.violations.len() < MAX_VIOLATIONS
         {
-            self.offences.push(offence);
+            self.violations.push(violation);
         }
     }
 
@@ -214,8 +214,8 @@ impl Memory {
         self.values[usize::from(address & 0x7F)] = value;
     }
 
-    pub(super) fn offences(&self) -> &[Offence] {
-        &self.offences
+    pub(super) fn violations(&self) -> &[Violation] {
+        &self.violations
     }
 }
 
@@ -238,8 +238,8 @@ mod tests {
         assert_eq!(memory.read(0x10), 0xFE);
         memory.write(0x02, 0x40);
         assert_eq!(memory.read(0x02), 0x7F);
-        let noted = |address, value| Offence::ChangedReservedBits { address, value };
-        assert_eq!(memory.offences(), [noted(0x10, 0xFF), noted(0x02, 0x40)]);
+        let noted = |address, value| Violation::ChangedReservedBits { address, value };
+        assert_eq!(memory.violations(), [noted(0x10, 0xFF), noted(0x02, 0x40)]);
     }
 
     #[test]
@@ -249,8 +249,8 @@ mod tests {
         memory.write(register::CTRL5_C.address, 0x05);
         assert_eq!(memory.get(register::CTRL7_G), 0x40);
         assert_eq!(
-            memory.offences(),
-            [Offence::NotSimulated {
+            memory.violations(),
+            [Violation::NotSimulated {
                 address: 0x16,
                 bits: 0x40
             }]
@@ -264,13 +264,13 @@ mod tests {
         assert_eq!(memory.read(0x0F), 0x6C);
         memory.write(0x50, 1);
         assert_eq!(
-            memory.offences(),
+            memory.violations(),
             [
-                Offence::WroteReadOnly {
+                Violation::WroteReadOnly {
                     address: 0x0F,
                     value: 0
                 },
-                Offence::WroteUnknown {
+                Violation::WroteUnknown {
                     address: 0x50,
                     value: 1
                 }

@@ -6,9 +6,9 @@ use super::batch::{Fifo, Mode};
 use super::bus::{Phase, Update, Words};
 use super::channel::{self, Channel};
 use super::clock::Clock;
-use super::fault::{Broken, Fault, Faults};
+use super::fault::{Broken, Faults, PartFault};
 use super::handle::SharedPart;
-use super::memory::{Memory, Offence};
+use super::memory::{Memory, Violation};
 use super::motion::{Motion, Stimulus};
 use super::pins::GLITCH_NS;
 use super::random::Random;
@@ -67,7 +67,7 @@ impl StartTimes {
 pub struct PartOptions {
     /// Decides noise, jitter and bit flips.
     pub seed: u64,
-    /// By which fraction the clock is fast; `INTERNAL_FREQ_FINE` tells it in steps of 0.15 %.
+    /// By which fraction the clock is fast; `INTERNAL_FREQ_FINE` shows it in steps of 0.15 %.
     pub clock_error: f64,
     /// By how much an edge may be late, ns; each on its own.
     pub jitter_ns: u32,
@@ -236,8 +236,8 @@ impl Part {
 
     /// What was done to the registers that must not be done, in order; the first 256.
     #[must_use]
-    pub fn offences(&self) -> &[Offence] {
-        self.memory.offences()
+    pub fn violations(&self) -> &[Violation] {
+        self.memory.violations()
     }
 
     /// Lets time pass until `now_ns` since power-up. Time does not run backwards.
@@ -261,32 +261,32 @@ impl Part {
     }
 
     /// Puts a fault into force.
-    pub fn inject(&mut self, fault: Fault) {
+    pub fn inject(&mut self, fault: PartFault) {
         match fault {
-            Fault::MisoStuckLow => self.faults.stuck = Some(0x00),
-            Fault::MisoStuckHigh => self.faults.stuck = Some(0xFF),
-            Fault::BitFlips { per_million } => self.faults.flips_per_million = per_million,
-            Fault::WrongId(id) => self.faults.id = Some(id),
-            Fault::Reset => self.reboot(),
-            Fault::DataReadyLost => self.faults.pins_lost = true,
-            Fault::DataReadyStorm { period_ns } => {
+            PartFault::MisoStuckLow => self.faults.stuck = Some(0x00),
+            PartFault::MisoStuckHigh => self.faults.stuck = Some(0xFF),
+            PartFault::BitFlips { per_million } => self.faults.flips_per_million = per_million,
+            PartFault::WrongId(id) => self.faults.id = Some(id),
+            PartFault::Reset => self.reboot(),
+            PartFault::DataReadyLost => self.faults.pins_lost = true,
+            PartFault::DataReadyStorm { period_ns } => {
                 self.faults.storm_period_ns = Some(u64::from(period_ns).max(2));
             }
-            Fault::SdoDelay { ns } => self.faults.sdo_delay_ns = Some(ns),
-            Fault::FrozenOutput => {
+            PartFault::SdoDelay { ns } => self.faults.sdo_delay_ns = Some(ns),
+            PartFault::FrozenOutput => {
                 self.faults.accel.frozen = true;
                 self.faults.gyro.frozen = true;
             }
-            Fault::SensorFrozen(sensor) => self.faults.broken(sensor).frozen = true,
-            Fault::AxisStuck { sensor, axis, code } => {
+            PartFault::SensorFrozen(sensor) => self.faults.broken(sensor).frozen = true,
+            PartFault::AxisStuck { sensor, axis, code } => {
                 self.faults.broken(sensor).stuck[axis as usize] = Some(code);
             }
-            Fault::RegisterFlipped { address, bits } => self.flip(address, bits),
-            Fault::DataReadyGlitches { period_ns } => {
+            PartFault::RegisterFlipped { address, bits } => self.flip(address, bits),
+            PartFault::DataReadyGlitches { period_ns } => {
                 self.faults.glitch_period_ns = Some(u64::from(period_ns).max(2 * GLITCH_NS));
             }
-            Fault::Saturation => self.faults.saturated = true,
-            Fault::ClockRatio(ratio) => self.set_clock_ratio(ratio),
+            PartFault::Saturation => self.faults.saturated = true,
+            PartFault::ClockRatio(ratio) => self.set_clock_ratio(ratio),
         }
     }
 

@@ -83,7 +83,7 @@ impl Part {
     }
 
     /// When a pin next rises by a data-ready, ns since power-up, later than now: `None` where it
-    /// will not, or not before somebody reads the sample that holds it high.
+    /// will not, or not before the sample that holds it high is read.
     #[must_use]
     pub fn next_rising_edge_ns(&self, pin: Pin) -> Option<u64> {
         if self.faults.pins_lost {

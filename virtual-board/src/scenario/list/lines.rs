@@ -1,6 +1,6 @@
 //! What can go wrong with the lines that lead out.
 
-use lsm6dsox::sim::Fault as Sensor;
+use lsm6dsox::sim::PartFault as Sensor;
 use wire::dictionary::index;
 use wire::node::Command;
 use wire::{Address, Counter, Fault as Told, Value};

@@ -1,7 +1,7 @@
 //! What can go wrong with the sensor and its line.
 
 use lsm6dsox::setting::Sensor::{self as Half, Accel as Accelerometer, Gyro as Gyroscope};
-use lsm6dsox::sim::{Axis, Fault as Sensor, StartTimes, Stimulus};
+use lsm6dsox::sim::{Axis, PartFault as Sensor, StartTimes, Stimulus};
 use wire::Fault as Told;
 
 use super::{FOUND_US, ONE_TICK_US, SENSOR, SENSOR_STREAM};

@@ -1,0 +1,281 @@
+//! The foot: a sample goes in each tick, frames come out on the same tick.
+//!
+//! [`Foot::tick`] reads top to bottom as what happens in a millisecond. Its work is bounded: at most
+//! [`INPUTS_PER_TICK`] requests, one estimate, one frame of each kind.
+//!
+//! | step | file |
+//! |---|---|
+//! | requests that came in, and their answers | `requests` |
+//! | faults of the sensor, the bus and the tick: raised and cleared | `faults` |
+//! | the load on the foot | `load` |
+//! | the estimate, by a new estimator after a change of settings | `renewal`, `estimator_core` |
+//! | frames and lines of text to the queues | `output` |
+//!
+//! **Fail-safe.** While a fault of the sensor lasts, every frame has P = 0 and the fault flag,
+//! whatever the estimator says; without a believable sample no frame says "stable". A fault lasts
+//! until [`SOUND_TICKS`] good samples have come in a row.
+
+mod faults;
+mod load;
+mod output;
+mod renewal;
+mod requests;
+
+use estimator_core::{
+    AccelerometerCorrection, Config, ContactEstimate, ContactEstimator, Flag, Flags, ImuSample,
+    Learnt, ParamsError, Validity,
+};
+use wire::node::{BootCause, Crash};
+use wire::settings::WINDOW_CAPACITY;
+use wire::{Counter, Counters, Fault, Node, Settings, Stage};
+
+use crate::ports::Ports;
+use crate::sampling::{Activity, Measurement, Tick};
+use crate::supervision::Worker;
+use crate::telemetry::Lane;
+
+use faults::FaultState;
+use load::LoadInput;
+use output::{Level, Output};
+use renewal::Renewal;
+use requests::Requests;
+
+pub use faults::SOUND_TICKS;
+pub use load::LOAD_READINGS;
+pub use requests::INPUTS_PER_TICK;
+
+/// Ticks from one check of the gyroscope's bias to the next.
+const BIAS_TICKS: u32 = 1024;
+
+/// What is known at the start, beside the settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Start {
+    /// The board's serial number, unique to it.
+    pub serial: u32,
+    /// Whether the start was commanded.
+    pub cause: BootCause,
+    /// The previous crash, where it caused this start: a [`CrashRecord`] or
+    /// [`Fault::WatchdogReset`].
+    ///
+    /// [`CrashRecord`]: crate::supervision::CrashRecord
+    pub crash: Option<Crash>,
+    /// The stored settings could not be read: defaults are in use.
+    pub settings_corrupted: bool,
+    /// The crystal does not start: there is no CAN.
+    pub crystal_missing: bool,
+    /// The level of the chip's brown-out reset: 0 off, 1 to 3.
+    pub brown_out_level: u8,
+}
+
+/// The node, the estimator and the state between them.
+#[derive(Debug)]
+pub struct Foot {
+    node: Node,
+    estimator: ContactEstimator<WINDOW_CAPACITY>,
+    /// The correction of the settings, kept apart because every tick needs it.
+    accelerometer: AccelerometerCorrection,
+    /// A new estimator, asked for since the last tick.
+    renewal: Option<Renewal>,
+    counters: Counters,
+    /// Of the sensor, °C; NaN before the first sample.
+    temperature: f32,
+    stage: Stage,
+    /// Present until the first tick has reported it.
+    start: Option<Start>,
+    ticks: u32,
+    requests: Requests,
+    fault_state: FaultState,
+    load_input: LoadInput,
+    output: Output,
+}
+
+impl Foot {
+    /// A foot before its first tick, on which it reports its boot.
+    ///
+    /// # Errors
+    /// What checked [`Settings`] never cause: parameters that do not fit each other.
+    pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
+        let config = settings.params().validate()?;
+        Ok(Self::with_config(settings, &config, start))
+    }
+
+    /// The same with the estimator's `config`, which is that of the settings; made in its place
+    /// where there is one.
+    #[must_use]
+    #[inline]
+    pub fn with_config(settings: Settings, config: &Config<WINDOW_CAPACITY>, start: Start) -> Self {
+        Self {
+            accelerometer: settings.accelerometer(),
+            node: Node::new(settings, start.serial),
+            estimator: ContactEstimator::new(config),
+            renewal: None,
+            counters: Counters::default(),
+            temperature: f32::NAN,
+            stage: Stage::Starting,
+            start: Some(start),
+            ticks: 0,
+            requests: Requests::default(),
+            fault_state: FaultState::default(),
+            load_input: LoadInput::default(),
+            output: Output::new(!start.crystal_missing),
+        }
+    }
+
+    /// The settings in use.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        self.node.settings()
+    }
+
+    /// The stage, for the LED.
+    #[must_use]
+    pub const fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// The active faults, for the LED.
+    #[must_use]
+    pub const fn faults(&self) -> wire::Faults {
+        self.node.faults()
+    }
+
+    /// The newest estimate.
+    #[must_use]
+    pub const fn estimate(&self) -> &ContactEstimate {
+        self.node.estimate()
+    }
+
+    /// What the estimator has learnt so far.
+    #[must_use]
+    pub fn learnt(&self) -> Learnt {
+        self.estimator.learnt()
+    }
+
+    /// The counters since the start.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// One millisecond. `reading` is the newest of the analog load input, where the board has one.
+    pub fn tick(
+        &mut self,
+        tick: &Tick,
+        measurement: &Measurement,
+        reading: Option<u16>,
+        ports: &Ports,
+    ) {
+        self.ticks = self.ticks.wrapping_add(1);
+        self.report_boot(ports);
+        let taken = self.take_inputs(ports);
+        self.count(tick, measurement, ports);
+        self.check_sensor(measurement, ports);
+        let load = self.load(reading, ports);
+
+        self.renew_estimator();
+        let sample = ImuSample {
+            specific_force: self.accelerometer.apply(measurement.sample.specific_force),
+            ..measurement.sample
+        };
+        let estimate = self.estimator.update(&sample, load);
+        self.set_stage(measurement, estimate.flags, ports);
+
+        self.send_can(&estimate, ports);
+        self.send_uart(&estimate, measurement, tick.time, ports);
+        // Learning and answers have no deadline: they come after the frames are sent.
+        self.estimator.finish();
+        self.answer(INPUTS_PER_TICK - taken, ports);
+        self.clear_expired_faults(ports);
+        if self.ticks.is_multiple_of(BIAS_TICKS) {
+            self.check_bias(ports);
+        }
+        self.report_liveness(measurement, ports);
+    }
+
+    /// On the first tick: the boot-up message, and the faults known since before the start.
+    fn report_boot(&mut self, ports: &Ports) {
+        if let Some(start) = self.start {
+            self.start = None;
+            self.report_start(start, ports);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn report_start(&mut self, start: Start, ports: &Ports) {
+        self.boot(start.cause, ports);
+        if start.crystal_missing {
+            self.raise(Fault::CrystalMissing, 0, ports);
+        }
+        if start.settings_corrupted {
+            self.raise(Fault::ConfigCorrupted, 0, ports);
+        }
+        self.node.set_brown_out_level(start.brown_out_level);
+        if start.brown_out_level == 0 {
+            let text = "brown-out reset is off: see 0x2114";
+            self.log(Level::Warning, text, ports);
+        }
+        if let Some(crash) = start.crash {
+            self.node.set_crash(crash);
+            self.raise_crash(crash, ports);
+        }
+    }
+
+    fn boot(&mut self, cause: BootCause, ports: &Ports) {
+        if let Some(frame) = self.node.boot(cause) {
+            self.push_can(Lane::Notice, frame, ports);
+        }
+    }
+
+    fn count(&mut self, tick: &Tick, measurement: &Measurement, ports: &Ports) {
+        self.counters.add(Counter::Ticks, 1);
+        let counter = match measurement.sample.checked_validity() {
+            Validity::Valid => Counter::ValidSamples,
+            Validity::Saturated(_) => Counter::SaturatedSamples,
+            Validity::Stale | Validity::Invalid => Counter::MissedSamples,
+        };
+        self.counters.add(counter, 1);
+        let counted = self.counters.get(Counter::SensorRestarts);
+        let restarts = measurement.restarts.wrapping_sub(counted);
+        self.counters.add(Counter::SensorRestarts, restarts);
+        if tick.missed > 0 {
+            self.counters.add(Counter::LateTicks, tick.missed);
+            let late_us = tick.missed.saturating_mul(1000);
+            self.raise_event(Fault::LateTick, late_us, ports);
+        }
+    }
+
+    fn set_stage(&mut self, measurement: &Measurement, flags: Flags, ports: &Ports) {
+        let stage = match measurement.activity {
+            Activity::Starting => Stage::Starting,
+            Activity::SelfTest => Stage::SelfTest,
+            Activity::Recovering => Stage::Recovering,
+            Activity::Measuring => {
+                if flags.contains(Flag::AttitudeNotInitialised) {
+                    Stage::HoldStill
+                } else {
+                    Stage::Running
+                }
+            }
+        };
+        if stage != self.stage {
+            self.stage = stage;
+            self.node.set_stage(stage);
+            self.log(Level::Information, stage.name(), ports);
+        }
+    }
+
+    /// Reports to the watchdog. A sensor that fails has its fault, and is no reason to restart.
+    fn report_liveness(&self, measurement: &Measurement, ports: &Ports) {
+        let excused = measurement.activity != Activity::Measuring || self.faults().void_estimate();
+        if measurement.raw.is_some() || excused {
+            ports.liveness.report(Worker::Sampling);
+        }
+        if self.estimate().timestamp == measurement.sample.timestamp {
+            ports.liveness.report(Worker::Estimator);
+        }
+        if !self.output.with_can {
+            ports.liveness.report(Worker::Can);
+        }
+    }
+}

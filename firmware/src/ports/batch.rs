@@ -1,0 +1,153 @@
+//! Frames for the serial line, put together so that one transfer carries them.
+
+use wire::uart;
+
+use super::UartQueue;
+use crate::telemetry::Lane;
+
+/// Frames that go to the serial line in one transfer: faults first, the contact, then others, not more
+/// than [`BYTES`](Self::BYTES) together. A contact is never more than a tick old when its turn comes:
+/// the next one replaces it in the queue.
+#[derive(Debug)]
+pub struct UartBatch {
+    bytes: [u8; uart::MAX_FRAME],
+    /// Batches in a row with a contact that had no room for all frames.
+    crowded: u8,
+}
+
+impl UartBatch {
+    /// The most bytes of more than one frame: less than a tick takes at 1 Mbaud, so that no contact
+    /// is dropped there, and enough for a contact and a raw sample.
+    pub const BYTES: usize = 96;
+
+    /// After N batches without room for all frames, one batch may be as long as the longest frame, and
+    /// if that is not enough either, the next one goes without the contact: a line that contacts alone
+    /// fill still answers.
+    const CROWDED: u8 = 4;
+
+    /// An empty batch.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            bytes: [0; uart::MAX_FRAME],
+            crowded: 0,
+        }
+    }
+
+    pub(super) fn fill(&mut self, queue: &UartQueue) -> &[u8] {
+        let without_contact = self.crowded > Self::CROWDED;
+        let most = if self.crowded == Self::CROWDED {
+            uart::MAX_FRAME
+        } else {
+            Self::BYTES
+        };
+        let (mut used, mut with_contact, mut crowded) = (0, false, 0);
+        queue.take_all(|lane, frame| {
+            let bytes = frame.as_bytes();
+            let end = used + bytes.len();
+            if lane == Lane::Estimate {
+                if without_contact {
+                    return false;
+                }
+                with_contact = true;
+            } else if used > 0 && end > most {
+                crowded = if with_contact { self.crowded + 1 } else { 0 };
+                return false;
+            }
+            let Some(room) = self.bytes.get_mut(used..end) else {
+                return false;
+            };
+            room.copy_from_slice(bytes);
+            used = end;
+            true
+        });
+        self.crowded = crowded;
+        self.bytes.get(..used).unwrap_or_default()
+    }
+}
+
+impl Default for UartBatch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ports::Ports;
+    use std::vec::Vec;
+    use wire::uart::{ContactMessage, Decoder, LogMessage, MAX_LOG};
+
+    fn contact(ports: &Ports, sequence: u16) -> u32 {
+        ports.push_uart(Lane::Estimate, sequence, &ContactMessage::default())
+    }
+
+    fn line(ports: &Ports, sequence: u16, length: usize) {
+        let text = "x".repeat(length);
+        ports.push_uart(Lane::Answer, sequence, &LogMessage::new(1, &text));
+    }
+
+    /// The sequence numbers of the next batch, and how long it is.
+    fn taken(ports: &Ports, batch: &mut UartBatch) -> (Vec<u16>, usize) {
+        let mut decoder = Decoder::new();
+        let bytes = ports.take_uart(batch);
+        let frames = bytes.iter().filter_map(|byte| decoder.push(*byte));
+        let frames = frames.map(|frame| frame.expect("a sound frame").sequence);
+        (frames.collect(), bytes.len())
+    }
+
+    #[test]
+    fn the_newest_contact_goes_first_and_the_one_before_is_dropped_and_counted() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        line(&ports, 1, 20);
+        assert_eq!(contact(&ports, 2), 0);
+        assert_eq!(contact(&ports, 3), 1);
+        assert_eq!(taken(&ports, &mut batch).0, [3, 1]);
+        assert_eq!(taken(&ports, &mut batch).0, []);
+    }
+
+    #[test]
+    fn several_frames_take_less_than_a_tick_and_one_may_be_longer() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        for sequence in 0..4 {
+            line(&ports, sequence, 30);
+        }
+        line(&ports, 4, MAX_LOG);
+        let batches: Vec<_> = (0..4).map(|_| taken(&ports, &mut batch)).collect();
+        let frames = batches.iter().flat_map(|(frames, _)| frames);
+        assert!(frames.copied().eq(0..5));
+        for (frames, bytes) in batches {
+            assert!(frames.len() <= 1 || bytes <= UartBatch::BYTES);
+        }
+    }
+
+    #[test]
+    fn a_line_that_fits_into_the_longest_batch_goes_with_the_contact() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        line(&ports, 1_000, 60);
+        let mut rounds = (0..20).map(|round| {
+            assert_eq!(contact(&ports, round), 0, "no contact is dropped");
+            taken(&ports, &mut batch)
+        });
+        let (frames, bytes) = rounds
+            .find(|(frames, _)| frames.contains(&1_000))
+            .expect("it goes");
+        assert_eq!(frames, [u16::from(UartBatch::CROWDED), 1_000]);
+        assert!(bytes > UartBatch::BYTES);
+    }
+
+    #[test]
+    fn contacts_that_fill_the_line_do_not_keep_everything_else_waiting() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        line(&ports, 1_000, MAX_LOG);
+        let rounds = (0..20).take_while(|round| {
+            contact(&ports, *round);
+            taken(&ports, &mut batch).0 != [1_000]
+        });
+        assert_eq!(rounds.count(), usize::from(UartBatch::CROWDED) + 1);
+        // Then it is the contact's turn again.
+        contact(&ports, 30);
+        assert_eq!(taken(&ports, &mut batch).0, [30]);
+    }
+}

@@ -1,0 +1,131 @@
+//! Which fault the sensor has: one register is read back each tick, and all of them after bad ticks.
+
+use embedded_hal_async::spi::SpiDevice;
+use estimator_core::Timestamp;
+use lsm6dsox::{Config, Error, SelfTest, SetSpiClock};
+use wire::Fault;
+
+use super::sensor::Sensor;
+use super::watch::SampleIssue;
+use crate::imu;
+
+/// The index of the last register of the configuration: a data rate.
+const LAST_WRITE: usize = Config::WRITES - 1;
+
+/// Ticks in which every register of the configuration is read back.
+pub const READ_BACK_TICKS: usize = 3 * LAST_WRITE;
+
+const _: () = assert!(READ_BACK_TICKS == 66);
+
+/// A fault of the sensor, and the detail of its emergency.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SensorFault {
+    /// The fault.
+    pub fault: Fault,
+    /// Its detail, with the meaning that [`Fault::detail`] gives.
+    pub detail: u32,
+}
+
+impl SensorFault {
+    pub(super) const fn new(fault: Fault, detail: u32) -> Self {
+        Self { fault, detail }
+    }
+}
+
+impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
+    /// Reads back in turns: the identity, a data rate, which a failed sensor loses first, and one other
+    /// register of the configuration. A difference counts once it has been read twice. With the
+    /// identity of a line at rest it does not count: such a sensor gives no samples either, and the
+    /// bad ticks make the fault.
+    pub(super) async fn read_back_one_register(&mut self, now: Timestamp) -> Option<SensorFault> {
+        let turn = self.watch.turn;
+        let write = match turn % 3 {
+            0 => None,
+            1 => imu::SENSOR.write(LAST_WRITE),
+            _ => imu::SENSOR.write(turn / 3 % LAST_WRITE),
+        };
+        for _ in 0..2 {
+            let result = match write {
+                None => self.driver.check_identity().await,
+                Some(write) => self.driver.check(write).await,
+            };
+            if result.is_ok() {
+                return None;
+            }
+        }
+        match self.driver.check_identity().await {
+            Err(Error::Identity { read: 0x00 | 0xFF }) => None,
+            _ => Some(self.diagnose(SampleIssue::Stale, now).await),
+        }
+    }
+
+    /// Finds the cause of bad ticks: the identity first, then every register, then the issue itself.
+    pub(super) async fn diagnose(&mut self, issue: SampleIssue, now: Timestamp) -> SensorFault {
+        let silent_us = self.watch.last_good.and_then(|good| now.micros_since(good));
+        let silent_us = silent_us.map_or(u32::MAX, |us| us.min(u64::from(u32::MAX)) as u32);
+        let silence = SensorFault::new(Fault::SensorSilent, silent_us);
+        let without_edge = self.watch.without_edge;
+        match self.driver.check_identity().await {
+            // A line at rest and no edges: no part, or one that is still booting.
+            Err(Error::Identity { read: 0x00 | 0xFF }) if without_edge >= 2 => return silence,
+            Err(error) => return self.fault_of(&error),
+            Ok(()) => {}
+        }
+        if let Err(error) = self.driver.verify().await {
+            return self.fault_of(&error);
+        }
+        match issue {
+            SampleIssue::Repeat => SensorFault::new(Fault::SensorFrozen, self.watch.frozen_axes()),
+            SampleIssue::Edge if without_edge >= 3 => silence,
+            SampleIssue::Edge | SampleIssue::Rate | SampleIssue::Stale | SampleIssue::Unproven => {
+                SensorFault::new(Fault::SensorTiming, self.watch.bad_ticks)
+            }
+            SampleIssue::Status(read) => self.fault_of(&Error::Status {
+                register: lsm6dsox::register::STATUS_REG,
+                read,
+            }),
+            SampleIssue::Bus => silence,
+        }
+    }
+
+    pub(super) fn fault_of(&self, error: &Error<SPI::Error>) -> SensorFault {
+        let registers =
+            |address: u8, written: u8, read: u8| u32::from_le_bytes([address, written, read, 0]);
+        match *error {
+            Error::Identity { read } => SensorFault::new(Fault::SensorWrongId, u32::from(read)),
+            Error::ReadBack { register, read, .. } if read == register.reset => {
+                SensorFault::new(Fault::SensorReset, self.watch.bad_ticks)
+            }
+            Error::ReadBack {
+                register,
+                written,
+                read,
+            } => SensorFault::new(
+                Fault::SensorConfigMismatch,
+                registers(register.address, written, read),
+            ),
+            Error::Status { register, read } => SensorFault::new(
+                Fault::SensorConfigMismatch,
+                registers(register.address, 0, read),
+            ),
+            Error::ResetTimeout { written, read } => SensorFault::new(
+                Fault::SensorConfigMismatch,
+                registers(lsm6dsox::register::CTRL3_C.address, written, read),
+            ),
+            Error::Bus(_) | Error::DataReadyTimeout { .. } | Error::Unconfigured => {
+                SensorFault::new(Fault::SensorSilent, u32::MAX)
+            }
+        }
+    }
+}
+
+/// Bit *i*: axis *i* failed.
+pub(super) fn failed_axes(result: &SelfTest) -> u32 {
+    let passed = result
+        .accel_passed()
+        .into_iter()
+        .chain(result.gyro_passed());
+    (0..)
+        .zip(passed)
+        .fold(0, |bits, (axis, passed)| bits | u32::from(!passed) << axis)
+}

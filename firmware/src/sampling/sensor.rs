@@ -1,0 +1,171 @@
+//! The sensor: its start, its self-test, and the measurement of a tick.
+
+use embedded_hal_async::delay::DelayNs;
+use embedded_hal_async::spi::SpiDevice;
+use estimator_core::{ImuSample, Validity};
+use lsm6dsox::asynch::{BOOT_MICROS, Lsm6dsox};
+use lsm6dsox::{Error, RawSample, SetSpiClock};
+use wire::Fault;
+
+use super::Tick;
+use super::diagnosis::{SensorFault, failed_axes};
+use super::watch::{SATURATED_TICKS, SampleIssue, Watch};
+use crate::imu;
+
+/// What the sensor is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Activity {
+    /// It is configured for the first time.
+    #[default]
+    Starting,
+    /// It tests itself.
+    SelfTest,
+    /// It measures.
+    Measuring,
+    /// It has failed and is initialised again.
+    Recovering,
+}
+
+/// The result of a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// The sample for the estimator; invalid where there is none.
+    pub sample: ImuSample,
+    /// The codes of the sensor, where they could be read.
+    pub raw: Option<RawSample>,
+    /// What the sensor is doing.
+    pub activity: Activity,
+    /// The fault found on this tick.
+    pub fault: Option<SensorFault>,
+    /// Whether the sensor has been at the end of its range for longer than an impact lasts.
+    pub saturated_for_long: bool,
+    /// How often the sensor was initialised again so far.
+    pub restarts: u32,
+}
+
+/// The sensor and the state of its health.
+#[derive(Debug)]
+pub struct Sensor<SPI> {
+    pub(super) driver: Lsm6dsox<SPI>,
+    pub(super) watch: Watch,
+    pub(super) activity: Activity,
+    pub(super) restarts: u32,
+    standing: Standing,
+}
+
+/// From which sample after a start the sensor is believed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Standing {
+    /// From the first one.
+    #[default]
+    Trusted,
+    /// Its outputs have repeated: from the sample on which each axis has changed.
+    OnProbation,
+}
+
+impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
+    /// A sensor that has not been started.
+    pub fn new(spi: SPI) -> Self {
+        Self {
+            driver: Lsm6dsox::new(spi, imu::SENSOR),
+            watch: Watch::default(),
+            activity: Activity::Starting,
+            restarts: 0,
+            standing: Standing::Trusted,
+        }
+    }
+
+    /// Reads the sample of a tick, and one register back.
+    pub async fn measure(&mut self, tick: &Tick) -> Measurement {
+        self.watch.turn = self.watch.turn.wrapping_add(1);
+        let read = self.driver.sample().await;
+        let time = tick.edge.unwrap_or(tick.time);
+        let (raw, issue) = match read {
+            Ok(raw) => {
+                let issue = self.watch.issue(tick, &raw);
+                (Some(raw), issue.or_else(|| self.unproven()))
+            }
+            Err(Error::Status { read, .. }) => (None, Some(SampleIssue::Status(read))),
+            Err(_) => (None, Some(SampleIssue::Bus)),
+        };
+        let fault = match self.watch.count(issue, time) {
+            Some(issue) => Some(self.diagnose(issue, time).await),
+            None => self.read_back_one_register(time).await,
+        };
+        let mut sample = match &raw {
+            Some(raw) => imu::imu_sample(raw, time),
+            None => imu::missing_sample(time),
+        };
+        if issue.is_some() && sample.validity != Validity::Invalid {
+            sample.validity = Validity::Stale;
+        }
+        if let Some(fault) = fault {
+            sample.validity = Validity::Invalid;
+            if fault.fault == Fault::SensorFrozen {
+                self.standing = Standing::OnProbation;
+            }
+        }
+        Measurement {
+            sample,
+            raw,
+            activity: Activity::Measuring,
+            fault,
+            saturated_for_long: self.watch.saturated_ticks >= SATURATED_TICKS,
+            restarts: self.restarts,
+        }
+    }
+
+    /// Whether a sensor on probation has yet to show that each axis is alive.
+    fn unproven(&mut self) -> Option<SampleIssue> {
+        if self.standing == Standing::Trusted {
+            return None;
+        }
+        if self.watch.frozen.every_axis_has_changed() {
+            self.standing = Standing::Trusted;
+            return None;
+        }
+        Some(SampleIssue::Unproven)
+    }
+
+    /// The measurement of a tick without a sample.
+    pub(super) fn absent(tick: &Tick, activity: Activity, restarts: u32) -> Measurement {
+        Measurement {
+            sample: imu::missing_sample(tick.time),
+            raw: None,
+            activity,
+            fault: None,
+            saturated_for_long: false,
+            restarts,
+        }
+    }
+
+    /// Brings the sensor up. Returns [`Fault::SensorReset`] if it was found to have lost its settings.
+    pub(super) async fn start(
+        &mut self,
+        delay: &mut impl DelayNs,
+    ) -> Result<Option<SensorFault>, SensorFault> {
+        let mut lost = None;
+        if self.activity == Activity::Recovering {
+            delay.delay_us(BOOT_MICROS).await;
+            if self.driver.check_identity().await.is_ok() {
+                let verified = self.driver.verify().await;
+                lost = verified.err().map(|error| self.fault_of(&error));
+                lost = lost.filter(|fault| fault.fault == Fault::SensorReset);
+            }
+        }
+        let result = self.driver.init(delay).await;
+        result.map_err(|error| self.fault_of(&error))?;
+        self.watch.restart();
+        Ok(lost)
+    }
+
+    pub(super) async fn self_test(
+        &mut self,
+        delay: &mut impl DelayNs,
+    ) -> Result<Option<SensorFault>, SensorFault> {
+        let result = self.driver.self_test(delay).await;
+        let result = result.map_err(|error| self.fault_of(&error))?;
+        Ok((!result.passed())
+            .then(|| SensorFault::new(Fault::SensorSelfTest, failed_axes(&result))))
+    }
+}

@@ -1,0 +1,143 @@
+//! The history of the recent ticks: whether a sample is believed, and when bad ticks make a fault.
+
+use core::ops::RangeInclusive;
+
+use estimator_core::Timestamp;
+use lsm6dsox::{FrozenDetector, RawSample};
+
+use super::Tick;
+
+/// Data-ready edges from one tick to the next, where they are counted: 6.67, give or take one and
+/// 10 % of the sensor's clock.
+const EDGES: RangeInclusive<u16> = 5..=8;
+
+/// How often a sample may repeat, with all six codes, before the sensor counts as frozen. With the
+/// noise of the preset all six codes repeat by chance once in 137 000 samples at rest, three times in a
+/// row once in 80 000 years; with half of that noise it would be three times a year, and once a day
+/// where the mean of each axis lies in the middle of a code. Four repeats would take up to 5.0 ms.
+pub const FROZEN_REPEATS: u16 = 3;
+
+/// From this number of repeats on, a sample is not believed.
+const UNTRUSTED_REPEATS: u16 = 2;
+
+/// Ticks in a row at the end of the range that are too many for an impact.
+pub const SATURATED_TICKS: u16 = 50;
+
+/// A bad tick adds this to the count, a good one subtracts 1.
+const BAD_TICK: u16 = 20;
+
+/// Three bad ticks within twenty.
+const TOO_BAD: u16 = 3 * BAD_TICK - 2;
+
+/// The history of the recent ticks.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Watch {
+    pub(super) frozen: FrozenDetector,
+    /// The count of bad ticks: see [`BAD_TICK`].
+    badness: u16,
+    /// Bad ticks in a row.
+    pub(super) bad_ticks: u32,
+    /// Good ticks since the start of the sensor.
+    pub(super) good_ticks: u32,
+    /// Samples in a row at the end of the range.
+    pub(super) saturated_ticks: u16,
+    pub(super) last_good: Option<Timestamp>,
+    /// Ticks since the last edge.
+    pub(super) without_edge: u16,
+    /// Counts ticks: it selects the register that is read back.
+    pub(super) turn: usize,
+}
+
+/// Why the sample of a tick is not believed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SampleIssue {
+    /// No edge came.
+    Edge,
+    /// The edges are not the sensor's.
+    Rate,
+    /// Nothing new was read.
+    Stale,
+    /// The status read is none that a part sends.
+    Status(u8),
+    /// The transfer failed.
+    Bus,
+    /// The sample has repeated at least twice, or some of its axes have repeated for long.
+    Repeat,
+    /// An axis has not changed yet since a start that followed repeats.
+    Unproven,
+}
+
+impl Watch {
+    /// Forgets everything but the turn of the read-back.
+    pub(super) fn restart(&mut self) {
+        *self = Self {
+            turn: self.turn,
+            ..Self::default()
+        };
+    }
+
+    /// Takes a sample into the history; returns the issue with it, if there is one.
+    pub(super) fn issue(&mut self, tick: &Tick, raw: &RawSample) -> Option<SampleIssue> {
+        // A late edge also shows that the sensor runs.
+        self.without_edge = if tick.edge.is_some() || tick.edges.is_some_and(|edges| edges > 0) {
+            0
+        } else {
+            self.without_edge.saturating_add(1)
+        };
+        let saturated = raw.is_saturated();
+        self.saturated_ticks = if raw.is_fresh() && saturated {
+            self.saturated_ticks.saturating_add(1)
+        } else {
+            0
+        };
+        // At the end of the range a working sensor repeats too.
+        if !saturated {
+            self.frozen.update(raw);
+        }
+        if tick.edge.is_none() {
+            Some(SampleIssue::Edge)
+        } else if !raw.is_fresh() {
+            Some(SampleIssue::Stale)
+        } else if self.frozen.repeats() >= UNTRUSTED_REPEATS || self.frozen.frozen() != 0 {
+            Some(SampleIssue::Repeat)
+        } else if tick.missed == 0 && tick.edges.is_some_and(|edges| !EDGES.contains(&edges)) {
+            Some(SampleIssue::Rate)
+        } else {
+            None
+        }
+    }
+
+    /// Bit *i*: axis *i* repeats, in the order ax ay az wx wy wz.
+    pub(super) fn frozen_axes(&self) -> u32 {
+        let axes = if self.frozen.repeats() >= FROZEN_REPEATS {
+            FrozenDetector::EVERY_AXIS
+        } else {
+            self.frozen.frozen()
+        };
+        u32::from(axes)
+    }
+
+    /// Takes a tick into the count of bad ones; returns its issue if that makes a fault.
+    pub(super) fn count(
+        &mut self,
+        issue: Option<SampleIssue>,
+        now: Timestamp,
+    ) -> Option<SampleIssue> {
+        let Some(issue) = issue else {
+            self.badness = self.badness.saturating_sub(1);
+            self.bad_ticks = 0;
+            self.good_ticks = self.good_ticks.saturating_add(1);
+            self.last_good = Some(now);
+            return None;
+        };
+        self.bad_ticks = self.bad_ticks.saturating_add(1);
+        match issue {
+            // The detector has its own count.
+            SampleIssue::Repeat => return (self.frozen_axes() != 0).then_some(issue),
+            SampleIssue::Unproven => return None,
+            _ => {}
+        }
+        self.badness = self.badness.saturating_add(BAD_TICK);
+        (self.badness >= TOO_BAD).then_some(issue)
+    }
+}

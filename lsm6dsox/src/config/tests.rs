@@ -1,0 +1,177 @@
+use super::*;
+use std::string::ToString;
+
+fn refused(change: impl FnOnce(&mut Params)) -> &'static str {
+    let mut params = Params::FRESH_KILOHERTZ;
+    change(&mut params);
+    params.validate().map_or_else(|error| error.field, |_| "")
+}
+
+fn value_of(params: &Params, register: Register) -> u8 {
+    let config = params.validate().unwrap();
+    let mut found = config.writes().filter(|w| *w.register == register);
+    let value = found.next().unwrap().value;
+    assert!(found.next().is_none(), "{} is written twice", register.name);
+    value
+}
+
+const FIFO: FifoParams = FifoParams {
+    watermark: 300,
+    accel: true,
+    gyro: true,
+    timestamp: true,
+    pin: Some(Pin::Int2),
+};
+
+#[test]
+fn the_preset_is_valid() {
+    assert_eq!(
+        Params::FRESH_KILOHERTZ.validate(),
+        Ok(Config::FRESH_KILOHERTZ)
+    );
+}
+
+#[test]
+fn the_presets_cut_offs_match_and_lie_below_500_hz() {
+    let accel = Config::FRESH_KILOHERTZ.accel_cutoff().unwrap();
+    let gyro = Config::FRESH_KILOHERTZ.gyro_cutoff().unwrap();
+    assert!((accel - 333.35).abs() < 0.01 && gyro == 335.0);
+}
+
+#[test]
+fn what_the_part_does_not_have_is_refused_with_the_name_of_the_field() {
+    assert_eq!(refused(|p| p.gyro.odr = Odr::Hz1_6), "gyro.odr");
+    assert_eq!(refused(|p| p.accel.odr = Odr::Hz1_6), "accel.filter");
+    assert_eq!(refused(|p| p.gyro.odr = Odr::Off), "data_ready.sensor");
+    assert_eq!(
+        refused(|p| {
+            p.gyro.odr = Odr::Off;
+            p.accel.odr = Odr::Off;
+        }),
+        "accel.odr"
+    );
+    for watermark in [0, 512] {
+        let fifo = FifoParams { watermark, ..FIFO };
+        assert_eq!(refused(|p| p.fifo = Some(fifo)), "fifo.watermark");
+    }
+    assert_eq!(
+        refused(|p| {
+            p.fifo = Some(FIFO);
+            p.accel.odr = Odr::Off;
+        }),
+        "fifo.accel"
+    );
+    assert_eq!(
+        refused(|p| {
+            p.fifo = Some(FIFO);
+            p.data_ready = None;
+            p.gyro.odr = Odr::Off;
+        }),
+        "fifo.gyro"
+    );
+    assert_eq!(
+        refused(|p| {
+            p.fifo = Some(FIFO);
+            p.timestamp = false;
+        }),
+        "fifo.timestamp"
+    );
+    let none = FifoParams {
+        accel: false,
+        gyro: false,
+        ..FIFO
+    };
+    assert_eq!(refused(|p| p.fifo = Some(none)), "fifo");
+}
+
+#[test]
+fn the_message_names_the_field_and_the_problem() {
+    let mut params = Params::FRESH_KILOHERTZ;
+    params.gyro.odr = Odr::Hz1_6;
+    assert_eq!(
+        params.validate().unwrap_err().to_string(),
+        "gyro.odr: the gyroscope has no 1.6 Hz rate"
+    );
+}
+
+#[test]
+fn no_configuration_touches_a_reserved_bit() {
+    for odr in Odr::ALL {
+        for full_scale in GyroFullScale::ALL {
+            for ftype in Ftype::ALL {
+                let mut params = Params::FRESH_KILOHERTZ;
+                params.gyro.odr = odr;
+                params.gyro.full_scale = full_scale;
+                params.gyro.filter = GyroFilter::Lpf1(ftype);
+                params.fifo = Some(FIFO);
+                let Ok(config) = params.validate() else {
+                    continue;
+                };
+                for Write { register, value } in config.writes() {
+                    assert!(register.keeps_reserved_bits(value), "{}", register.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn full_scales_have_sts_codes() {
+    let mut params = Params::FRESH_KILOHERTZ;
+    for (full_scale, value) in AccelFullScale::ALL
+        .into_iter()
+        .zip([0xA2, 0xAA, 0xAE, 0xA6])
+    {
+        params.accel.full_scale = full_scale;
+        assert_eq!(
+            value_of(&params, register::CTRL1_XL),
+            value,
+            "{full_scale:?}"
+        );
+    }
+    let values = [0xA2, 0xA0, 0xA4, 0xA8, 0xAC];
+    for (full_scale, value) in GyroFullScale::ALL.into_iter().zip(values) {
+        params.gyro.full_scale = full_scale;
+        assert_eq!(
+            value_of(&params, register::CTRL2_G),
+            value,
+            "{full_scale:?}"
+        );
+    }
+}
+
+#[test]
+fn i2c_and_i3c_are_off_in_every_configuration() {
+    let params = Params::FRESH_KILOHERTZ;
+    assert!(ctrl4_c::I2C_DISABLE.is_set(value_of(&params, register::CTRL4_C)));
+    assert!(ctrl9_xl::I3C_DISABLE.is_set(value_of(&params, register::CTRL9_XL)));
+}
+
+#[test]
+fn the_data_ready_pin_is_driven_by_the_chosen_sensor_alone() {
+    let mut params = Params::FRESH_KILOHERTZ;
+    assert_eq!(value_of(&params, register::INT1_CTRL), 0x02);
+    assert_eq!(value_of(&params, register::INT2_CTRL), 0x00);
+    assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x80);
+    params.data_ready = Some(DataReady {
+        sensor: Sensor::Accel,
+        pin: Pin::Int2,
+        mode: DataReadyMode::Latched,
+    });
+    assert_eq!(value_of(&params, register::INT1_CTRL), 0x00);
+    assert_eq!(value_of(&params, register::INT2_CTRL), 0x01);
+    assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x00);
+}
+
+#[test]
+fn the_fifo_takes_both_sensors_at_their_rates_up_to_a_nine_bit_watermark() {
+    let params = Params {
+        fifo: Some(FIFO),
+        ..Params::FRESH_KILOHERTZ
+    };
+    assert_eq!(value_of(&params, register::FIFO_CTRL1), 0x2C);
+    assert_eq!(value_of(&params, register::FIFO_CTRL2), 0x01);
+    assert_eq!(value_of(&params, register::FIFO_CTRL3), 0xAA);
+    assert_eq!(value_of(&params, register::FIFO_CTRL4), 0x46);
+    assert_eq!(value_of(&params, register::INT2_CTRL), 0x08);
+}
