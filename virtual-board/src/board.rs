@@ -7,12 +7,13 @@ use lsm6dsox::sim::{
 };
 
 use crate::chip::{Chip, ChipOptions, NOMINAL_MV, Transaction};
-use crate::core::cpu::{Cpu, State, UNTOUCHED};
+use crate::core::cpu::{Cpu, State};
 use crate::core::nvic::exception;
 use crate::corner::Corner;
 use crate::elf::{ElfError, Image};
 use crate::failure::Failure;
 use crate::machine::{Counters, FaultNote, Machine};
+use crate::memory::UNTOUCHED;
 use crate::part::can::{BusFault, Frame, TimedFrame};
 use crate::part::rcc::ResetCause;
 use crate::part::usart::{LineFault, TimedByte};

@@ -10,7 +10,7 @@ use lsm6dsox::sim::Part as Sensor;
 use crate::core::dbgmcu::Dbgmcu;
 use crate::core::nvic::Nvic;
 use crate::corner::Corner;
-use crate::machine::Memory;
+use crate::memory::Memory;
 use crate::part::adc::Adc;
 use crate::part::can::Can;
 use crate::part::dma::Dma;

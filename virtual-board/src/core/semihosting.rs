@@ -1,6 +1,6 @@
 //! Semihosting calls, as far as printing and exiting go.
 
-use crate::machine::Memory;
+use crate::memory::Memory;
 
 const SYS_OPEN: u32 = 0x01;
 const SYS_CLOSE: u32 = 0x02;

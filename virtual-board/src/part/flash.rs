@@ -6,7 +6,7 @@ pub mod accelerator;
 
 use super::unknown;
 use crate::corner::Corner;
-use crate::machine::Memory;
+use crate::memory::Memory;
 use crate::time::{NEVER, from_us};
 use accelerator::Accelerator;
 
