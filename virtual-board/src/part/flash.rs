@@ -6,11 +6,9 @@ pub mod accelerator;
 
 use super::unknown;
 use crate::corner::Corner;
-use crate::memory::Memory;
+use crate::memory::{FLASH, Memory};
 use crate::time::{NEVER, from_us};
 use accelerator::Accelerator;
-
-const BASE: u32 = 0x0800_0000;
 
 const PGSERR: u32 = 1 << 7;
 const PGPERR: u32 = 1 << 6;
@@ -61,7 +59,7 @@ impl Keys {
 /// The registers.
 #[derive(Clone, Debug)]
 pub struct Flash {
-    /// What stands between it and the core.
+    /// The accelerator between it and the core.
     pub accelerator: Accelerator,
     access: u32,
     status: u32,
@@ -147,7 +145,7 @@ impl Flash {
         }
     }
 
-    /// Holds the core up for so long, with its next access to a peripheral.
+    /// Holds the core up for this long, with its next access to a peripheral.
     pub const fn hold_up(&mut self, duration: u64) {
         self.stall += duration;
     }
@@ -296,8 +294,8 @@ impl Flash {
         // Cut off half-way, the rest is what it was.
         let size = kib * 1024;
         let erased = if cut { size / 2 } else { size };
-        memory.write(BASE + start, &vec![0xFF; erased as usize]);
-        self.changed = Some((BASE + start, BASE + start + size));
+        memory.write(FLASH.start + start, &vec![0xFF; erased as usize]);
+        self.changed = Some((FLASH.start + start, FLASH.start + start + size));
         self.done();
         Ok(())
     }
@@ -362,13 +360,13 @@ mod tests {
 
     impl Memory for Bank {
         fn read(&mut self, address: u32, bytes: &mut [u8]) -> bool {
-            let at = (address - BASE) as usize;
+            let at = (address - FLASH.start) as usize;
             bytes.copy_from_slice(&self.0[at..at + bytes.len()]);
             true
         }
 
         fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
-            let at = (address - BASE) as usize;
+            let at = (address - FLASH.start) as usize;
             self.0[at..at + bytes.len()].copy_from_slice(bytes);
             true
         }
