@@ -75,10 +75,10 @@ impl Image {
     /// The function that an address lies in.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&str> {
-        let place = self
+        let index = self
             .functions
             .partition_point(|(start, _, _)| *start <= address);
-        let (start, size, name) = self.functions.get(place.checked_sub(1)?)?;
+        let (start, size, name) = self.functions.get(index.checked_sub(1)?)?;
         (address - start < *size).then_some(name.as_str())
     }
 

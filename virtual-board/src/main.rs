@@ -9,10 +9,10 @@ use std::time::Instant;
 use clap::{Args, Parser, Subcommand};
 use footfall::gait::GaitName;
 use footfall::input::Format;
-use virtual_board::board::{Board, BoardOptions, Fault};
+use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::corner::Corner;
 use virtual_board::recorded;
-use virtual_board::report::Deed;
+use virtual_board::report::Action;
 use virtual_board::scenario::{self, Scenario, Step};
 use virtual_board::traffic::Traffic;
 use virtual_board::{motion, report, streams};
@@ -139,17 +139,17 @@ fn fault(text: &str) -> Result<Planned, String> {
 
 impl Planned {
     /// What is done, and when, ms; what has to be so before comes before.
-    fn deeds(&self) -> Vec<Deed> {
-        let deed = |ms: u64, step: Step| Deed { ms, step };
+    fn actions(&self) -> Vec<Action> {
+        let action = |ms: u64, step: Step| Action { ms, step };
         let ms = u64::from(self.ms);
         let Some(scenario) = self.scenario else {
-            return vec![deed(ms, Step::Wrong(Fault::Clear))];
+            return vec![action(ms, Step::Inject(Injection::Clear))];
         };
         let before = scenario.before.iter();
-        let before = before.map(|&step| deed(ms.min(scenario::BEFORE_MS), step));
+        let before = before.map(|&step| action(ms.min(scenario::BEFORE_MS), step));
         let mut at_us = 1000 * ms;
         let steps = (scenario.steps)(self.variant).into_iter().map(|step| {
-            let found = deed(at_us / 1000, step);
+            let found = action(at_us / 1000, step);
             if let Step::Wait(us) = step {
                 at_us += u64::from(us);
             }
@@ -210,7 +210,7 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
             .iter()
             .map(|planned| planned.text.clone())
             .collect(),
-        deeds: arguments.faults.iter().flat_map(Planned::deeds).collect(),
+        actions: arguments.faults.iter().flat_map(Planned::actions).collect(),
         traffic: match arguments.full_load {
             true => Traffic::Full,
             false => Traffic::Own,
@@ -268,12 +268,12 @@ mod tests {
     fn a_fault_has_a_name_a_time_and_perhaps_a_variant() {
         let planned = fault("power-cut:17@1000").expect("a fault");
         assert_eq!((planned.variant, planned.ms), (17, 1000));
-        let deeds = planned.deeds();
-        let times: Vec<u64> = deeds.iter().map(|deed| deed.ms).collect();
+        let actions = planned.actions();
+        let times: Vec<u64> = actions.iter().map(|action| action.ms).collect();
         assert_eq!(times, [300, 300, 300, 1000, 1000], "settings come first");
         assert_eq!(
-            deeds.get(3).map(|deed| deed.step),
-            Some(Step::Wrong(Fault::CutInFlash(17)))
+            actions.get(3).map(|action| action.step),
+            Some(Step::Inject(Injection::CutInFlash(17)))
         );
         for text in ["frozen", "frozen@soon", "thawed@1000", "power-cut:x@1"] {
             assert!(fault(text).is_err(), "{text}");

@@ -223,11 +223,11 @@ impl Comparison {
         };
         let time = [bytes[4], bytes[5]];
         let found = self.short.iter().take(FRAMES_LAG);
-        let Some(place) = found.map(|(at, _)| *at).position(|at| at == time) else {
+        let Some(index) = found.map(|(at, _)| *at).position(|at| at == time) else {
             self.parity.can_unknown += 1;
             return;
         };
-        self.short.drain(..place);
+        self.short.drain(..index);
         let same = self
             .short
             .front()
@@ -315,8 +315,8 @@ fn clock_offset(bursts: &[Burst], sent: &[SentContact]) -> Option<f64> {
         .take(ASKED)
         .filter_map(|sent| {
             let began = to_us(sent.began);
-            let place = bursts.partition_point(|burst| burst.edge_us < began);
-            let burst = bursts.get(place.checked_sub(1)?)?;
+            let index = bursts.partition_point(|burst| burst.edge_us < began);
+            let burst = bursts.get(index.checked_sub(1)?)?;
             Some(burst.edge_us - sent.message.timestamp.as_micros() as f64)
         })
         .collect();

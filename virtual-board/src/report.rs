@@ -47,14 +47,14 @@ pub struct Run {
     /// What goes wrong, in words.
     pub faults: Vec<String>,
     /// What is done to the board.
-    pub deeds: Vec<Deed>,
+    pub actions: Vec<Action>,
     /// What there is to do on its lines.
     pub traffic: Traffic,
 }
 
 /// Something that is done to the board.
 #[derive(Clone, Debug)]
-pub struct Deed {
+pub struct Action {
     /// When, ms.
     pub ms: u64,
     /// What.
@@ -101,16 +101,16 @@ struct Curve {
 }
 
 impl Curve {
-    fn push(&mut self, place: u64, message: &ContactMessage) {
-        if place.is_multiple_of(self.every) {
+    fn push(&mut self, index: u64, message: &ContactMessage) {
+        if index.is_multiple_of(self.every) {
             let seconds = message.timestamp.as_micros() as f64 / 1.0e6;
             self.points.push((seconds, part(message.stable)));
         }
         if self.points.len() >= POINTS {
-            let mut place = 0_usize;
+            let mut index = 0_usize;
             self.points.retain(|_| {
-                place += 1;
-                place % 2 == 1
+                index += 1;
+                index % 2 == 1
             });
             self.every *= 2;
         }
@@ -268,9 +268,9 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
         can_log: create("can.log")?,
     };
     writeln!(log.samples, "t,p_stable,p_tangential,p_vertical,flags")?;
-    let mut deeds = run.deeds.clone();
-    deeds.sort_by_key(|deed| deed.ms);
-    let mut deeds = deeds.into_iter().peekable();
+    let mut actions = run.actions.clone();
+    actions.sort_by_key(|action| action.ms);
+    let mut actions = actions.into_iter().peekable();
     board.record_sensor_bus();
     let watched = [ESTIMATOR, LEARNING].map(|function| board.watch_function(function));
     let watched = watched == [true; 2];
@@ -279,8 +279,8 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     let mut idle = 0;
     for ms in 0..run.milliseconds {
         run.traffic.act(board, first + ms);
-        while let Some(deed) = deeds.next_if(|deed| deed.ms <= first + ms) {
-            deed.step.act(board);
+        while let Some(action) = actions.next_if(|action| action.ms <= first + ms) {
+            action.step.act(board);
         }
         let start = (first + ms) * MILLISECOND;
         if ms == SETTLING {

@@ -6,7 +6,7 @@ mod common;
 use common::{boot_product, product};
 use estimator_core::Decision;
 use lsm6dsox::sim::Fault as Sensor;
-use virtual_board::board::{Board, Fault};
+use virtual_board::board::{Board, Injection};
 use virtual_board::part::can::{BusFault, Frame};
 use virtual_board::part::rcc::ResetCause;
 use virtual_board::part::usart::LineFault;
@@ -192,9 +192,9 @@ impl Rig {
 
 /// A short disturbance of the serial line: three bits' worth of "low" beyond a byte.
 fn glitch(rig: &mut Rig) {
-    rig.board.inject(Fault::Line(LineFault::Break));
+    rig.board.inject(Injection::Line(LineFault::Break));
     rig.run_us(30);
-    rig.board.inject(Fault::Line(LineFault::None));
+    rig.board.inject(Injection::Line(LineFault::None));
 }
 
 /// Asks over the serial line every so many µs for half a second; how many answers come meanwhile.
@@ -304,7 +304,7 @@ fn a_flood_of_questions_over_the_serial_line_does_not_hide_which_fault_there_is(
         rig.run(10);
     }
     rig.forget();
-    rig.board.inject(Fault::Sensor(Sensor::MisoStuckLow));
+    rig.board.inject(Injection::Sensor(Sensor::MisoStuckLow));
     for _ in 0..50 {
         (0..75).for_each(|_| rig.uart_get(index::IDENTITY, 4));
         rig.run(10);
@@ -373,12 +373,12 @@ fn two_more_troubles_make_no_frame_say_stable_for_longer() {
                 rig.nmt(OPERATIONAL);
             }
             Beside::NobodyAcknowledgesAndFlood => {
-                rig.board.inject(Fault::Bus(BusFault::NoAcknowledge));
+                rig.board.inject(Injection::Bus(BusFault::NoAcknowledge));
                 (0..100).for_each(|_| rig.uart_get(index::IDENTITY, 4));
                 can_us = OLD_US;
             }
             Beside::ShortedAndStore => {
-                rig.board.inject(Fault::Bus(BusFault::Shorted));
+                rig.board.inject(Injection::Bus(BusFault::Shorted));
                 rig.uart_set(index::STORE, 1, Value::U32(SIGNATURE_STORE));
                 can_us = OLD_US;
             }
@@ -386,9 +386,9 @@ fn two_more_troubles_make_no_frame_say_stable_for_longer() {
         rig.run_us(700);
         rig.forget();
         let at = rig.board.now();
-        rig.board.inject(Fault::Sensor(Sensor::MisoStuckLow));
+        rig.board.inject(Injection::Sensor(Sensor::MisoStuckLow));
         rig.run(100);
-        rig.board.inject(Fault::Bus(BusFault::None));
+        rig.board.inject(Injection::Bus(BusFault::None));
         rig.run(100);
         for (time, line) in rig.stable() {
             let late_us = (time - at) * 1000 / MILLISECOND;
@@ -397,7 +397,7 @@ fn two_more_troubles_make_no_frame_say_stable_for_longer() {
         }
         let code = wire::Fault::SensorWrongId.code();
         assert!(rig.emergencies().contains(&code), "{beside:?}");
-        rig.board.inject(Fault::Clear);
+        rig.board.inject(Injection::Clear);
         rig.run(500);
         assert!(!rig.stable().is_empty(), "{beside:?}: not well again");
         assert_eq!(rig.resets(), [], "{beside:?}");
@@ -418,10 +418,10 @@ fn a_restore_that_is_cut_leaves_the_old_settings_or_the_defaults() {
         rig.run(5);
         rig.store();
         rig.run(60);
-        rig.board.inject(Fault::CutInFlash(operation));
+        rig.board.inject(Injection::CutInFlash(operation));
         rig.sdo_write(index::RESTORE, 1, SIGNATURE_RESTORE);
         rig.run(60);
-        rig.board.inject(Fault::Reset);
+        rig.board.inject(Injection::Reset);
         rig.run(50);
         rig.forget();
         for subindex in [2, 3] {
@@ -556,8 +556,8 @@ fn a_debugger_that_halts_for_three_seconds_leaves_nothing_stable_behind() {
         rig.run_us(us);
         rig.forget();
         let at = rig.board.now();
-        rig.board.inject(Fault::DebuggerHalt(3_000));
-        rig.board.inject(Fault::Sensor(Sensor::MisoStuckLow));
+        rig.board.inject(Injection::DebuggerHalt(3_000));
+        rig.board.inject(Injection::Sensor(Sensor::MisoStuckLow));
         rig.run(3_200);
         let last = rig.stable().into_iter().map(|(time, _)| time - at).max();
         assert!(last < Some(MILLISECOND), "{last:?}");

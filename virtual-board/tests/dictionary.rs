@@ -71,10 +71,10 @@ fn bytes(value: Value) -> Vec<u8> {
 }
 
 /// Sends a request: the answer, where one comes in time.
-fn ask(board: &mut Board, request: [u8; 8], patience_ms: u64) -> Option<[u8; 8]> {
+fn ask(board: &mut Board, request: [u8; 8], deadline_ms: u64) -> Option<[u8; 8]> {
     board.take_can();
     board.push_can(Frame::new(REQUEST, &request));
-    for _ in 0..4 * patience_ms {
+    for _ in 0..4 * deadline_ms {
         board.run_for(MILLISECOND / 4).expect("nothing is misused");
         let mut answers = board.take_can().into_iter();
         if let Some(sent) = answers.find(|sent| sent.frame.id == ANSWER) {
@@ -126,7 +126,7 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
             entry.access == Access::Wo,
             "{place}: read {answer:02x?}"
         );
-        let patience = match entry.role {
+        let deadline_ms = match entry.role {
             Role::Command => DONE_MS,
             _ => PROMPT_MS,
         };
@@ -135,7 +135,7 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
                 continue;
             }
             requests += 1;
-            let answer = ask(board, write(address, &data), patience)
+            let answer = ask(board, write(address, &data), deadline_ms)
                 .unwrap_or_else(|| panic!("{place}: no answer to {data:02x?}"));
             let taken = !is_abort(&answer);
             assert!(answer[0] == 0x60 || !taken, "{place}: {answer:02x?}");

@@ -6,7 +6,7 @@ mod common;
 use common::{boot_product, product};
 use estimator_core::Decision;
 use lsm6dsox::sim::Fault as Sensor;
-use virtual_board::board::Fault;
+use virtual_board::board::Injection;
 use virtual_board::part::usart::TimedByte;
 use virtual_board::scenario::Step;
 use virtual_board::time::{PER_SECOND, to_us};
@@ -48,7 +48,7 @@ fn last_stable_us(elf: &[u8], phase_us: u64) -> (f64, usize) {
     Step::Flood(1_000).act(&mut board);
     board.run_for(12 * MILLISECOND).expect("it runs");
     let at = board.now();
-    board.inject(Fault::Sensor(Sensor::MisoStuckLow));
+    board.inject(Injection::Sensor(Sensor::MisoStuckLow));
     board.run_for(20 * MILLISECOND).expect("it runs");
     let sent = messages(&board.take_uart());
     let is_answer = |message: &Message| matches!(message, Message::ConfigResponse(_));

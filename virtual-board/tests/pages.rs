@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use common::{boot_product, everything, product};
-use virtual_board::board::Fault;
+use virtual_board::board::Injection;
 use virtual_board::corner::Corner;
 use virtual_board::scenario::{Scenario, Step};
 use virtual_board::time;
@@ -49,7 +49,7 @@ fn the_board_starts_with_anything_in_its_pages_of_settings() {
     let seeds: Vec<u64> = (1..=SEEDS).collect();
     let wrong = on_all_cores(&seeds, |seed| {
         let mut board = boot_product(&elf);
-        board.inject(Fault::SettingsGarbage(seed));
+        board.inject(Injection::SettingsGarbage(seed));
         let mut wrong = Vec::new();
         // Both pages may have to be erased.
         if let Err(failure) = board.run_for(2_500 * MILLISECOND) {
@@ -82,9 +82,9 @@ fn a_store_that_erases_may_be_cut_off_at_any_operation() {
     let cuts: Vec<u64> = (1..=operations).step_by(stride as usize).collect();
     println!("{} of {operations} operations", cuts.len());
     let wrong = on_all_cores(&cuts, |operation| {
-        let cut = Step::Wrong(Fault::CutInFlash(operation));
+        let cut = Step::Inject(Injection::CutInFlash(operation));
         match row.run_steps(&elf, &[cut, Step::StoreStopped], 0, Corner::Typical) {
-            Ok(outcome) => outcome.objections,
+            Ok(outcome) => outcome.violations,
             Err(problem) => vec![problem.to_string()],
         }
     });

@@ -15,7 +15,7 @@ use virtual_board::scenario::pairs::{self, Pair};
 /// By default one in this many: prime, so that all kinds come.
 const STRIDE: usize = 97;
 
-/// Runs pairs on all cores: the names of those with objections, and these.
+/// Runs pairs on all cores: the names of those with violations, and these.
 fn run(elf: &[u8], pairs: &[Pair]) -> Vec<(String, Vec<String>)> {
     let next = AtomicUsize::new(0);
     let wrong = Mutex::new(Vec::new());
@@ -23,13 +23,13 @@ fn run(elf: &[u8], pairs: &[Pair]) -> Vec<(String, Vec<String>)> {
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
             scope.spawn(|| {
                 while let Some(pair) = pairs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let objections = match pair.run(elf) {
-                        Ok(outcome) => outcome.objections,
+                    let violations = match pair.run(elf) {
+                        Ok(outcome) => outcome.violations,
                         Err(problem) => vec![problem.to_string()],
                     };
-                    if !objections.is_empty() {
+                    if !violations.is_empty() {
                         let mut wrong = wrong.lock().expect("no thread panicked");
-                        wrong.push((pair.name(), objections));
+                        wrong.push((pair.name(), violations));
                     }
                 }
             });

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::board::{Board, Fault};
+use virtual_board::board::{Board, Injection};
 use virtual_board::part::can::{BusFault, Frame};
 use virtual_board::part::usart::TimedByte;
 use virtual_board::time::PER_SECOND;
@@ -64,7 +64,7 @@ fn no_register_holds_a_value_that_the_manual_forbids() {
 fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
-    board.inject(Fault::Bus(BusFault::Shorted));
+    board.inject(Injection::Bus(BusFault::Shorted));
     board.run_for(500 * MILLISECOND).expect("it runs");
     let told = lines(&board.take_uart());
     let name = wire::Fault::CanBusOff.name();
@@ -77,7 +77,7 @@ fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
         board.run_for(250 * MILLISECOND).expect("it runs");
     }
     assert_eq!(board.resets(), []);
-    board.inject(Fault::Clear);
+    board.inject(Injection::Clear);
     board.run_for(500 * MILLISECOND).expect("it runs");
     let sent = board.take_can().len();
     assert!(sent > 400, "{sent} frames");

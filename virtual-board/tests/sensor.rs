@@ -6,7 +6,7 @@ mod common;
 use common::{MILLISECOND, options, product, run};
 use lsm6dsox::sim::{Axis, Fault as SensorFault, Stimulus};
 use lsm6dsox::{Sensor, register};
-use virtual_board::board::{Board, BoardOptions, Fault};
+use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::parity;
 use virtual_board::part::can::TimedFrame;
 use virtual_board::time::to_us;
@@ -51,7 +51,7 @@ fn after(elf: &[u8], moves: Stimulus, faults: &[SensorFault], ms: u64) -> (Board
     let before = board.take_can();
     assert!(of(&before, ESTIMATE).last().is_some_and(is_stable));
     for fault in faults {
-        board.inject(Fault::Sensor(*fault));
+        board.inject(Injection::Sensor(*fault));
     }
     run(&mut board, ms);
     let frames = board.take_can();
@@ -143,7 +143,7 @@ fn a_sensor_that_was_half_dead_is_believed_again() {
     let Some(elf) = product() else { return };
     let fault = stuck(Sensor::Gyro, Axis::Y, 0);
     let (mut board, _) = after(&elf, Stimulus::REST, &[fault], 300);
-    board.inject(Fault::Clear);
+    board.inject(Injection::Clear);
     run(&mut board, 2_500);
     let frames = board.take_can();
     assert!(of(&frames, ESTIMATE).last().is_some_and(is_stable));
@@ -239,7 +239,7 @@ fn the_bus_runs_at_half_its_rate_with_a_late_data_line_or_without_the_crystal() 
     let mut board = run_with(BoardOptions::default());
     let full = burst_us(&mut board);
     assert!((13.6..17.0).contains(&full), "10 MHz: {full} µs");
-    board.inject(Fault::Sensor(SensorFault::SdoDelay { ns: 55 }));
+    board.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 55 }));
     run(&mut board, 1_000);
     let late = burst_us(&mut board);
     assert!((27.2..31.0).contains(&late), "late data line: {late} µs");

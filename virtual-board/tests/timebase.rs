@@ -3,7 +3,7 @@
 mod common;
 
 use common::{MILLISECOND, boot_product, product, watch};
-use virtual_board::board::{Board, Fault};
+use virtual_board::board::{Board, Injection};
 use virtual_board::time::PER_SECOND;
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;
@@ -49,7 +49,7 @@ fn a_debuggers_halt_resets_nothing_and_loses_no_tick() {
     let mut board = boot_product(&elf);
     watch(&mut board, 500);
     for halted_ms in [1, 3, 100, 5_000] {
-        board.inject(Fault::DebuggerHalt(halted_ms));
+        board.inject(Injection::DebuggerHalt(halted_ms));
         let (codes, _) = watch(&mut board, u64::from(halted_ms) + 200);
         let late = wire::Fault::LateTick.code();
         assert!(!codes.contains(&late), "{halted_ms} ms: {codes:x?}");

@@ -140,10 +140,10 @@ impl Nvic {
 
     /// Returns from an exception: whether it was active.
     pub fn end(&mut self, number: u16) -> bool {
-        let Some(place) = self.active.iter().rposition(|&active| active == number) else {
+        let Some(index) = self.active.iter().rposition(|&active| active == number) else {
             return false;
         };
-        self.active.remove(place);
+        self.active.remove(index);
         if let Some(line) = number.checked_sub(exception::INTERRUPT)
             && self.lines[usize::from(line)]
         {

@@ -1,10 +1,10 @@
 //! What a scenario has to come to, whatever its row in the table says.
 
-use super::{Invalid, Outcome, Scenario, Tells};
+use super::{Invalid, Outcome, Reports, Scenario};
 
 /// What is wrong with what a scenario came to; empty where nothing is.
 #[must_use]
-pub fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
+pub fn violations(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
     let mut all = Vec::new();
     let mut object = |wrong: bool, text: String| {
         if wrong {
@@ -19,16 +19,16 @@ pub fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
         ),
     );
     object(
-        outcome.late_us > Invalid::OLD_MS as f64 * 1000.0,
+        outcome.late_us > Invalid::MAX_LATE_MS as f64 * 1000.0,
         format!("a frame said stable {} µs late", outcome.late_us),
     );
     object(
-        outcome.noticed_us() > Some(scenario.noticed_within_us as f64),
-        format!("noticed after {:?} µs", outcome.noticed_us()),
+        outcome.detected_us() > Some(scenario.detected_within_us as f64),
+        format!("noticed after {:?} µs", outcome.detected_us()),
     );
     object(
-        !outcome.has_told(scenario.tells),
-        format!("{:?} was not told", scenario.tells),
+        !outcome.has_reported(scenario.reports),
+        format!("{:?} was not told", scenario.reports),
     );
     let was_silent = outcome
         .silent_us
@@ -45,14 +45,14 @@ pub fn objections(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
         format!("resets: {:?}", outcome.resets),
     );
     object(
-        outcome.well == scenario.stays(),
-        format!("all well afterwards: {}", outcome.well),
+        outcome.healthy == scenario.stays(),
+        format!("all well afterwards: {}", outcome.healthy),
     );
     object(
         outcome.kept[2] > 0,
         format!("settings old, new, other: {:?}", outcome.kept),
     );
-    let refused = outcome.has_told(Tells::Fault(wire::Fault::ConfigStore));
+    let refused = outcome.has_reported(Reports::Fault(wire::Fault::ConfigStore));
     object(
         scenario.keeps_new && !refused && outcome.kept[1] == 0,
         "settings are not those that were stored, and nothing was said".into(),

@@ -24,7 +24,7 @@ pub use outcome::Outcome;
 pub use pages::Pages;
 pub use table::{HEAD, matrix, row};
 
-use crate::board::{Board, BoardOptions, Fault};
+use crate::board::{Board, BoardOptions, Injection};
 use crate::corner::Corner;
 use crate::failure::Failure;
 use crate::part::can::Frame;
@@ -48,7 +48,7 @@ const AFTERWARDS_MS: u64 = 150;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
     /// Something goes wrong.
-    Wrong(Fault),
+    Inject(Injection),
     /// A setting is changed over the serial line.
     Set(Address, Value),
     /// Settings are stored, as things are.
@@ -75,18 +75,18 @@ pub enum Step {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Invalid {
     /// Never: the sensor and what it measures are as before. No frame that is later than usual by
-    /// more than [`OLD_MS`](Self::OLD_MS) says "stable".
+    /// more than [`MAX_LATE_MS`](Self::MAX_LATE_MS) says "stable".
     Never,
     /// Until what is wrong ends.
-    ToTheEnd,
+    UntilCleared,
     /// Until a sample is read again that came after it and after a reset.
-    ToTheNextSample,
+    UntilNextSample,
 }
 
 impl Invalid {
     /// How much later than usual a frame may be and still say "stable", ms: the firmware gives up
     /// what the bus did not take in 20 ms.
-    pub const OLD_MS: u64 = 21;
+    pub const MAX_LATE_MS: u64 = 21;
 }
 
 /// Something that can go wrong.
@@ -113,17 +113,17 @@ pub struct Scenario {
     /// How long it lasts, ms; `None` where it happens once or is there to stay.
     pub lasts_ms: Option<u64>,
     /// How long to wait for what is to come, ms, where that is not as usual.
-    pub patience_ms: Option<u64>,
+    pub deadline_ms: Option<u64>,
     /// Until when data are invalid.
     pub invalid: Invalid,
     /// How long it cannot be seen in the data, µs: from then on no frame says "stable".
     pub blind_us: u64,
     /// How soon it is to be noticed, µs.
-    pub noticed_within_us: u64,
+    pub detected_within_us: u64,
     /// Whether it hits another phase of the sampling each time, in so many runs.
     pub phases: u64,
     /// What is to be told.
-    pub tells: Tells,
+    pub reports: Reports,
     /// Whether there is to be CAN again afterwards.
     pub with_can: bool,
     /// Whether both lines may be silent for as long as data are invalid.
@@ -149,7 +149,7 @@ pub struct Scenario {
 
 /// What a scenario is to be told by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tells {
+pub enum Reports {
     /// A fault, as an emergency message or over the serial line.
     Fault(wire::Fault),
     /// A counter in the health message.
@@ -218,7 +218,7 @@ impl Step {
             say(board, &Message::Nmt(NmtRequest(Command::StartRemoteNode)));
         };
         match self {
-            Self::Wrong(fault) => board.inject(fault),
+            Self::Inject(injection) => board.inject(injection),
             Self::Set(address, value) => {
                 let value = value.into();
                 // Settings are changed while process data stand still.
@@ -317,7 +317,7 @@ impl Scenario {
                 Step::CutInErase(part) => {
                     let operations = filled.as_ref().map_or(0, |filled| filled.operations);
                     let operation = 1 + u64::from(part) * operations.saturating_sub(1) / 31;
-                    board.inject(Fault::CutInFlash(operation));
+                    board.inject(Injection::CutInFlash(operation));
                 }
                 step => step.act(&mut board),
             }
@@ -325,21 +325,21 @@ impl Scenario {
         let end = self.lasts_ms.map(|ms| at + ms * MILLISECOND);
         if let Some(end) = end {
             watch.run_until(&mut board, end)?;
-            board.inject(Fault::Clear);
+            board.inject(Injection::Clear);
         }
-        let latest = end.unwrap_or(at) + self.patience() * MILLISECOND;
-        let mut well_since = None;
+        let latest = end.unwrap_or(at) + self.deadline_ms() * MILLISECOND;
+        let mut healthy_since = None;
         while board.now() < latest {
             let until = board.now() + 10 * MILLISECOND;
             watch.run_until(&mut board, until)?;
             let outcome = Outcome::of(self, &watch, &board, at, end);
-            if outcome.is_over(self) {
-                let since = *well_since.get_or_insert(board.now());
+            if outcome.is_complete(self) {
+                let since = *healthy_since.get_or_insert(board.now());
                 if board.now() - since >= AFTERWARDS_MS * MILLISECOND {
                     break;
                 }
             } else {
-                well_since = None;
+                healthy_since = None;
             }
         }
         let mut outcome = Outcome::of(self, &watch, &board, at, end);
@@ -347,9 +347,9 @@ impl Scenario {
             Step::Ask(address).act(&mut board);
             let until = board.now() + 20 * MILLISECOND;
             watch.run_until(&mut board, until)?;
-            outcome.keep(watch.answered(address), values);
+            outcome.take_setting(watch.answered(address), values);
         }
-        outcome.objections = judge::objections(self, &outcome);
+        outcome.violations = judge::violations(self, &outcome);
         Ok(outcome)
     }
 
@@ -383,12 +383,12 @@ impl Scenario {
 
     /// Whether there are no valid data any more.
     fn stays(&self) -> bool {
-        self.invalid == Invalid::ToTheEnd && self.lasts_ms.is_none()
+        self.invalid == Invalid::UntilCleared && self.lasts_ms.is_none()
     }
 
     /// How long to wait for all to be well, ms.
-    fn patience(&self) -> u64 {
+    fn deadline_ms(&self) -> u64 {
         let usual = if self.stays() { 1000 } else { 4000 };
-        self.patience_ms.unwrap_or(usual)
+        self.deadline_ms.unwrap_or(usual)
     }
 }

@@ -1,6 +1,6 @@
 //! Two things that go wrong at once, or one shortly after the other.
 
-use super::{ALL, Case, Invalid, Outcome, Pages, Problem, Scenario, Step, Tells};
+use super::{ALL, Case, Invalid, Outcome, Pages, Problem, Reports, Scenario, Step};
 use crate::corner::Corner;
 
 /// From the first to the second, µs.
@@ -65,7 +65,7 @@ impl Pair {
     /// resets only.
     const fn invalid(&self) -> Invalid {
         match (self.first.invalid, self.second.invalid) {
-            (Invalid::ToTheEnd, _) | (_, Invalid::ToTheEnd) => Invalid::ToTheEnd,
+            (Invalid::UntilCleared, _) | (_, Invalid::UntilCleared) => Invalid::UntilCleared,
             _ => Invalid::Never,
         }
     }
@@ -95,9 +95,9 @@ impl Pair {
             lasts_ms: first.lasts_ms.or(second.lasts_ms),
             invalid: self.invalid(),
             blind_us: blind(first, 0).max(blind(second, self.delay_us)) + self.standstill_us(),
-            noticed_within_us: u64::MAX,
+            detected_within_us: u64::MAX,
             phases: 1,
-            tells: Tells::Any,
+            reports: Reports::Any,
             with_can: first.with_can && second.with_can,
             any_reset: true,
             keeps_time: false,

@@ -18,9 +18,9 @@ pub fn matrix(
     let runs: Vec<(usize, Case)> = rows
         .iter()
         .enumerate()
-        .flat_map(|(place, scenario)| {
+        .flat_map(|(index, scenario)| {
             scenario.all_variants().flat_map(move |variant| {
-                (0..scenario.phases).map(move |phase| (place, Case { variant, phase }))
+                (0..scenario.phases).map(move |phase| (index, Case { variant, phase }))
             })
         })
         .collect();
@@ -30,10 +30,10 @@ pub fn matrix(
     thread::scope(|scope| {
         for _ in 0..cores {
             scope.spawn(|| {
-                while let Some(&(place, case)) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let outcome = rows[place].run(elf, case, corner);
+                while let Some(&(index, case)) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let outcome = rows[index].run(elf, case, corner);
                     let mut outcomes = outcomes.lock().unwrap_or_else(PoisonError::into_inner);
-                    outcomes.push(((place, case), outcome));
+                    outcomes.push(((index, case), outcome));
                 }
             });
         }
@@ -43,17 +43,17 @@ pub fn matrix(
         .unwrap_or_else(PoisonError::into_inner);
     outcomes.sort_by_key(|(run, _)| *run);
     let mut worst: Vec<Option<Outcome>> = vec![None; rows.len()];
-    for ((place, case), outcome) in outcomes {
-        let name = rows[place].name;
+    for ((index, case), outcome) in outcomes {
+        let name = rows[index].name;
         let outcome = outcome.unwrap_or_else(|problem| Outcome {
-            objections: vec![format!("{name}:{}: {problem}", case.variant)],
+            violations: vec![format!("{name}:{}: {problem}", case.variant)],
             ..Outcome::default()
         });
         let mut outcome = outcome;
-        for text in &mut outcome.objections {
+        for text in &mut outcome.violations {
             *text += &format!(" (variant {}, phase {})", case.variant, case.phase);
         }
-        worst[place] = Some(match worst[place].take() {
+        worst[index] = Some(match worst[index].take() {
             Some(so_far) => so_far.worst(&outcome),
             None => outcome,
         });
@@ -79,13 +79,13 @@ pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
         "| `{}` | {} | {} | {} | {} | {} | {} |\n",
         scenario.name,
         scenario.what,
-        outcome.noticed_us().map_or_else(|| "—".into(), time),
+        outcome.detected_us().map_or_else(|| "—".into(), time),
         told(outcome),
         match outcome.last_stable_us {
-            _ if !outcome.had_no_data && outcome.late_us > LATE_US => {
+            _ if !outcome.had_invalid_data && outcome.late_us > LATE_US => {
                 format!("data are valid, {} late at most", time(outcome.late_us))
             }
-            _ if !outcome.had_no_data => "data are valid".into(),
+            _ if !outcome.had_invalid_data => "data are valid".into(),
             None => "never".into(),
             Some(us) => time(us),
         },
@@ -127,10 +127,10 @@ fn told(outcome: &Outcome) -> String {
 }
 
 fn well_again(scenario: &Scenario, outcome: &Outcome) -> String {
-    let mut text = match (outcome.back_us, outcome.gone_us) {
+    let mut text = match (outcome.recovered_us, outcome.cleared_us) {
         (Some(us), _) => time(us),
         (None, Some(us)) => format!("told as over after {}", time(us)),
-        (None, None) if outcome.well => "not disturbed".into(),
+        (None, None) if outcome.healthy => "not disturbed".into(),
         (None, None) => "stays, reported".into(),
     };
     let [old, new, neither] = outcome.kept;

@@ -24,7 +24,7 @@ impl Line {
 
 /// A frame about the contact.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Claim {
+pub(super) struct ContactFrame {
     pub(super) line: Line,
     /// When the last of what it says had left.
     pub(super) time: u64,
@@ -43,11 +43,11 @@ pub(super) const SHORT_US: f64 = 655_360.0;
 
 /// Something that was told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Told {
+pub(super) enum Reported {
     /// Over CAN.
     Emergency(Fault),
     /// Over CAN: it is over.
-    Gone(Fault),
+    Cleared(Fault),
     /// Over the serial line, in the log or in the health message.
     Serial(Fault),
     /// The boot-up message.
@@ -57,8 +57,8 @@ pub(super) enum Told {
 /// Everything that was said.
 #[derive(Default)]
 pub(super) struct Watch {
-    pub(super) claims: Vec<Claim>,
-    pub(super) told: Vec<(u64, Told)>,
+    pub(super) contacts: Vec<ContactFrame>,
+    pub(super) reported: Vec<(u64, Reported)>,
     pub(super) health: Vec<(u64, HealthMessage)>,
     /// Samples read from the sensor: when, and the data-ready edge before.
     pub(super) samples: Vec<(u64, Option<u64>)>,
@@ -95,7 +95,7 @@ impl Watch {
         for TimedFrame { time, frame } in board.take_can() {
             let Ok(data) = <[u8; 8]>::try_from(frame.data.as_slice()) else {
                 if frame.id & !0x7F == 0x700 && frame.data == [0] {
-                    self.told.push((time, Told::BootUp));
+                    self.reported.push((time, Reported::BootUp));
                 }
                 continue;
             };
@@ -112,18 +112,18 @@ impl Watch {
         if id & !0x7F == 0x080 && id & 0x7F != 0 {
             let emergency = Emergency::decode(data);
             if let Some(fault) = emergency.fault {
-                let told = match emergency.code {
-                    0 => Told::Gone(fault),
-                    _ => Told::Emergency(fault),
+                let reported = match emergency.code {
+                    0 => Reported::Cleared(fault),
+                    _ => Reported::Emergency(fault),
                 };
-                self.told.push((time, told));
+                self.reported.push((time, reported));
             }
         }
         if let Some((Pdo::Contact, _)) = Pdo::from_cob_id(id as u16) {
             let contact = pdo::Contact::decode(data);
             let sample_us = f64::from(contact.timestamp.0) * pdo::TIME_STEP_US as f64;
             let status = contact.status;
-            self.claims.push(Claim {
+            self.contacts.push(ContactFrame {
                 line: Line::Can,
                 time,
                 stable: says_stable(contact.stable.0, status),
@@ -138,7 +138,7 @@ impl Watch {
         match message {
             Message::Contact(contact) => {
                 let sample_us = contact.timestamp.as_micros();
-                self.claims.push(Claim {
+                self.contacts.push(ContactFrame {
                     line: Line::Uart,
                     time,
                     stable: says_stable(contact.stable.0, contact.status),
@@ -150,12 +150,12 @@ impl Watch {
             Message::Log(line) => {
                 let named = |fault: &Fault| fault.name() == line.text();
                 if let Some(fault) = Fault::ALL.into_iter().find(named) {
-                    self.told.push((time, Told::Serial(fault)));
+                    self.reported.push((time, Reported::Serial(fault)));
                 }
             }
             Message::Health(health) => {
                 for fault in health.faults.iter() {
-                    self.told.push((time, Told::Serial(fault)));
+                    self.reported.push((time, Reported::Serial(fault)));
                 }
                 self.health.push((time, *health));
             }

@@ -1,29 +1,29 @@
 //! What can go wrong with the chip: its clocks, its core, its supply.
 
-use wire::Fault as Told;
+use wire::Fault;
 
 use super::{
     LASTING, LOAD_FROM_ANALOG, LOADED, ONE_TICK_US, PLAIN, SENSOR, SENSOR_STREAM, SERIAL_DMA,
     SERIAL_STREAM, TIMER,
 };
-use crate::board::Fault;
+use crate::board::Injection;
 use crate::corner::Corner;
 use crate::part::rcc::ResetCause;
-use crate::scenario::{Invalid, Scenario, Step, Tells};
+use crate::scenario::{Invalid, Reports, Scenario, Step};
 
 const NO_CRYSTAL: Scenario = Scenario {
     at_power_up: true,
     with_can: false,
-    tells: Tells::Fault(Told::CrystalMissing),
+    reports: Reports::Fault(Fault::CrystalMissing),
     note: "stays, reported; CAN stays off",
     ..PLAIN
 };
 
 const HANG: Scenario = Scenario {
-    steps: |_| vec![Step::Wrong(Fault::Hang)],
-    invalid: Invalid::ToTheNextSample,
+    steps: |_| vec![Step::Inject(Injection::Hang)],
+    invalid: Invalid::UntilNextSample,
     blind_us: ONE_TICK_US,
-    tells: Tells::Fault(Told::WatchdogReset),
+    reports: Reports::Fault(Fault::WatchdogReset),
     resets: &[ResetCause::Watchdog],
     ..PLAIN
 };
@@ -36,16 +36,16 @@ pub(super) const ROWS: &[Scenario] = &[
         board: |options, _| options.chip.crystal = None,
         at_power_up: true,
         with_can: false,
-        tells: Tells::Fault(Told::CrystalMissing),
+        reports: Reports::Fault(Fault::CrystalMissing),
         note: "stays, reported; CAN stays off",
         ..PLAIN
     },
     Scenario {
         name: "crystal-lost",
         what: "crystal stops while running",
-        steps: |_| vec![Step::Wrong(Fault::CrystalLost)],
+        steps: |_| vec![Step::Inject(Injection::CrystalLost)],
         with_can: false,
-        tells: Tells::Fault(Told::CrystalMissing),
+        reports: Reports::Fault(Fault::CrystalMissing),
         resets: &[ResetCause::Software],
         note: "stays, reported; CAN stays off",
         ..PLAIN
@@ -53,52 +53,52 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "stack-overflow",
         what: "stack overflow",
-        steps: |_| vec![Step::Wrong(Fault::StackOverflow)],
-        tells: Tells::Fault(Told::HardFault),
+        steps: |_| vec![Step::Inject(Injection::StackOverflow)],
+        reports: Reports::Fault(Fault::HardFault),
         resets: &[ResetCause::Software],
         ..PLAIN
     },
     Scenario {
         name: "hard-fault",
         what: "jump to where nothing is: HardFault",
-        steps: |_| vec![Step::Wrong(Fault::Derail)],
-        tells: Tells::Fault(Told::HardFault),
+        steps: |_| vec![Step::Inject(Injection::Derail)],
+        reports: Reports::Fault(Fault::HardFault),
         resets: &[ResetCause::Software],
         ..PLAIN
     },
     Scenario {
         name: "panic",
         what: "panic",
-        steps: |_| vec![Step::Wrong(Fault::Panic)],
-        tells: Tells::Fault(Told::Panic),
+        steps: |_| vec![Step::Inject(Injection::Panic)],
+        reports: Reports::Fault(Fault::Panic),
         resets: &[ResetCause::Software],
         ..PLAIN
     },
     Scenario {
         name: "hang",
         what: "endless loop, interrupts masked",
-        steps: |_| vec![Step::Wrong(Fault::Hang)],
-        invalid: Invalid::ToTheNextSample,
+        steps: |_| vec![Step::Inject(Injection::Hang)],
+        invalid: Invalid::UntilNextSample,
         blind_us: ONE_TICK_US,
-        tells: Tells::Fault(Told::WatchdogReset),
+        reports: Reports::Fault(Fault::WatchdogReset),
         resets: &[ResetCause::Watchdog],
         ..PLAIN
     },
     Scenario {
         name: "sampling-stuck",
         what: "sampling task stuck: its timer is not heard",
-        steps: |_| vec![Step::Wrong(Fault::Deaf(TIMER))],
-        invalid: Invalid::ToTheNextSample,
+        steps: |_| vec![Step::Inject(Injection::InterruptLost(TIMER))],
+        invalid: Invalid::UntilNextSample,
         blind_us: ONE_TICK_US,
-        tells: Tells::Fault(Told::WatchdogReset),
+        reports: Reports::Fault(Fault::WatchdogReset),
         resets: &[ResetCause::Watchdog],
         ..PLAIN
     },
     Scenario {
         name: "uart-stuck",
         what: "UART task stuck: its DMA is not heard",
-        steps: |_| vec![Step::Wrong(Fault::Deaf(SERIAL_DMA))],
-        tells: Tells::Fault(Told::WatchdogReset),
+        steps: |_| vec![Step::Inject(Injection::InterruptLost(SERIAL_DMA))],
+        reports: Reports::Fault(Fault::WatchdogReset),
         note: "CAN goes on until the reset",
         resets: &[ResetCause::Watchdog],
         ..PLAIN
@@ -106,16 +106,16 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "brown-out",
         what: "supply dips: brown-out reset",
-        steps: |_| vec![Step::Wrong(Fault::BrownOut)],
-        tells: Tells::BootUp,
+        steps: |_| vec![Step::Inject(Injection::BrownOut)],
+        reports: Reports::BootUp,
         resets: &[ResetCause::BrownOut],
         ..PLAIN
     },
     Scenario {
         name: "reset",
         what: "reset pin",
-        steps: |_| vec![Step::Wrong(Fault::Reset)],
-        tells: Tells::BootUp,
+        steps: |_| vec![Step::Inject(Injection::Reset)],
+        reports: Reports::BootUp,
         resets: &[ResetCause::Pin],
         ..PLAIN
     },
@@ -124,9 +124,9 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "load sensor open",
         board: |options, _| options.load = LOADED,
         before: &[LOAD_FROM_ANALOG],
-        steps: |_| vec![Step::Wrong(Fault::Load(0))],
+        steps: |_| vec![Step::Inject(Injection::Load(0))],
         lasts_ms: LASTING,
-        tells: Tells::Fault(Told::LoadSensorOpen),
+        reports: Reports::Fault(Fault::LoadSensorOpen),
         note: "the load is left out, the probabilities do not need it",
         keeps_time: true,
         ..PLAIN
@@ -146,13 +146,13 @@ pub(super) const ROWS: &[Scenario] = &[
         steps: |variant| {
             vec![
                 Step::Wait(500 + 500 * variant as u32),
-                Step::Wrong(Fault::CrystalLost),
+                Step::Inject(Injection::CrystalLost),
             ]
         },
         variants: (0, 11, 1),
         at_power_up: true,
         with_can: false,
-        tells: Tells::Fault(Told::CrystalMissing),
+        reports: Reports::Fault(Fault::CrystalMissing),
         any_reset: true,
         note: "stays, reported; CAN stays off",
         ..PLAIN
@@ -162,12 +162,12 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "crystal stops while the stack overflows",
         steps: |_| {
             vec![
-                Step::Wrong(Fault::StackOverflow),
-                Step::Wrong(Fault::CrystalLost),
+                Step::Inject(Injection::StackOverflow),
+                Step::Inject(Injection::CrystalLost),
             ]
         },
         with_can: false,
-        tells: Tells::Fault(Told::CrystalMissing),
+        reports: Reports::Fault(Fault::CrystalMissing),
         any_reset: true,
         note: "stays, reported; CAN stays off",
         ..PLAIN
@@ -196,13 +196,13 @@ pub(super) const ROWS: &[Scenario] = &[
         steps: |variant| {
             vec![
                 Step::Wait(300 + 1_000 * variant as u32),
-                Step::Wrong(Fault::Hang),
+                Step::Inject(Injection::Hang),
             ]
         },
         variants: (0, 13, 1),
         at_power_up: true,
-        invalid: Invalid::ToTheNextSample,
-        tells: Tells::Fault(Told::WatchdogReset),
+        invalid: Invalid::UntilNextSample,
+        reports: Reports::Fault(Fault::WatchdogReset),
         resets: &[ResetCause::Watchdog],
         ..PLAIN
     },
@@ -221,8 +221,8 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "debugger-halt",
         what: "a debugger halts the core for 50 ms",
-        steps: |_| vec![Step::Wrong(Fault::DebuggerHalt(50))],
-        tells: Tells::Any,
+        steps: |_| vec![Step::Inject(Injection::DebuggerHalt(50))],
+        reports: Reports::Any,
         clock_stops: true,
         note: "the board's clock stands still meanwhile",
         ..PLAIN
@@ -232,11 +232,11 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "the DMA meets errors on the sensor's bus and on the serial line at once",
         steps: |_| {
             vec![
-                Step::Wrong(Fault::DmaError(SENSOR_STREAM)),
-                Step::Wrong(Fault::DmaError(SERIAL_STREAM)),
+                Step::Inject(Injection::DmaError(SENSOR_STREAM)),
+                Step::Inject(Injection::DmaError(SERIAL_STREAM)),
             ]
         },
-        tells: Tells::Fault(Told::SensorSilent),
+        reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
 ];

@@ -9,7 +9,7 @@ use lsm6dsox::sim::Stimulus;
 use wire::dictionary::index;
 use wire::{Address, Value};
 
-use super::{Invalid, Pages, Scenario, Step, Tells};
+use super::{Invalid, Pages, Reports, Scenario, Step};
 
 /// How long what does not end by itself lasts, ms.
 const LASTING: Option<u64> = Some(300);
@@ -46,12 +46,12 @@ const PLAIN: Scenario = Scenario {
     variants: (0, 0, 1),
     at_power_up: false,
     lasts_ms: None,
-    patience_ms: None,
+    deadline_ms: None,
     invalid: Invalid::Never,
     blind_us: 0,
-    noticed_within_us: u64::MAX,
+    detected_within_us: u64::MAX,
     phases: 1,
-    tells: Tells::Nothing,
+    reports: Reports::Nothing,
     with_can: true,
     may_be_silent: false,
     resets: &[],
@@ -67,7 +67,7 @@ const PLAIN: Scenario = Scenario {
 /// Of the sensor, for a while.
 const SENSOR: Scenario = Scenario {
     lasts_ms: LASTING,
-    invalid: Invalid::ToTheEnd,
+    invalid: Invalid::UntilCleared,
     blind_us: ONE_TICK_US,
     phases: 4,
     ..PLAIN
