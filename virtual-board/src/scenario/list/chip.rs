@@ -1,4 +1,4 @@
-//! What can go wrong with the chip: its clocks, its core, its supply.
+//! Faults of the chip: its clocks, its core, its supply.
 
 use wire::Fault;
 
@@ -15,7 +15,7 @@ const NO_CRYSTAL: Scenario = Scenario {
     at_power_up: true,
     with_can: false,
     reports: Reports::Fault(Fault::CrystalMissing),
-    note: "stays, reported; CAN stays off",
+    note: "remains reported; CAN stays off",
     ..PLAIN
 };
 
@@ -37,7 +37,7 @@ pub(super) const ROWS: &[Scenario] = &[
         at_power_up: true,
         with_can: false,
         reports: Reports::Fault(Fault::CrystalMissing),
-        note: "stays, reported; CAN stays off",
+        note: "remains reported; CAN stays off",
         ..PLAIN
     },
     Scenario {
@@ -47,7 +47,7 @@ pub(super) const ROWS: &[Scenario] = &[
         with_can: false,
         reports: Reports::Fault(Fault::CrystalMissing),
         resets: &[ResetCause::Software],
-        note: "stays, reported; CAN stays off",
+        note: "remains reported; CAN stays off",
         ..PLAIN
     },
     Scenario {
@@ -60,7 +60,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "hard-fault",
-        what: "jump to where nothing is: HardFault",
+        what: "jump to an unmapped address: HardFault",
         steps: |_| vec![Step::Inject(Injection::Derail)],
         reports: Reports::Fault(Fault::HardFault),
         resets: &[ResetCause::Software],
@@ -86,7 +86,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "sampling-stuck",
-        what: "sampling task stuck: its timer is not heard",
+        what: "sampling task stuck: its timer's interrupt is lost",
         steps: |_| vec![Step::Inject(Injection::InterruptLost(TIMER))],
         invalid: Invalid::UntilNextSample,
         blind_us: ONE_TICK_US,
@@ -96,10 +96,10 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "uart-stuck",
-        what: "UART task stuck: its DMA is not heard",
+        what: "UART task stuck: its DMA's interrupt is lost",
         steps: |_| vec![Step::Inject(Injection::InterruptLost(SERIAL_DMA))],
         reports: Reports::Fault(Fault::WatchdogReset),
-        note: "CAN goes on until the reset",
+        note: "CAN continues until the reset",
         resets: &[ResetCause::Watchdog],
         ..PLAIN
     },
@@ -127,22 +127,22 @@ pub(super) const ROWS: &[Scenario] = &[
         steps: |_| vec![Step::Inject(Injection::Load(0))],
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::LoadSensorOpen),
-        note: "the load is left out, the probabilities do not need it",
+        note: "no load is reported; the probabilities do not depend on it",
         keeps_time: true,
         ..PLAIN
     },
     Scenario {
         name: "time-wrap",
-        what: "time going over 32 bits of µs",
+        what: "clock passes 2³² µs",
         board: |options, at_us| options.time_base = 0_u32.wrapping_sub(at_us),
-        note: "timestamps go on beyond 2³² µs",
+        note: "timestamps continue beyond 2³² µs",
         keeps_time: true,
         clock_beyond_us: 1 << 32,
         ..PLAIN
     },
     Scenario {
         name: "crystal-lost-at-start",
-        what: "crystal stops in the course of the start, at each half ms of its first 6",
+        what: "crystal stops during start-up, every 0.5 ms of the first 6 ms",
         steps: |variant| {
             vec![
                 Step::Wait(500 + 500 * variant as u32),
@@ -154,7 +154,7 @@ pub(super) const ROWS: &[Scenario] = &[
         with_can: false,
         reports: Reports::Fault(Fault::CrystalMissing),
         any_reset: true,
-        note: "stays, reported; CAN stays off",
+        note: "remains reported; CAN stays off",
         ..PLAIN
     },
     Scenario {
@@ -169,7 +169,7 @@ pub(super) const ROWS: &[Scenario] = &[
         with_can: false,
         reports: Reports::Fault(Fault::CrystalMissing),
         any_reset: true,
-        note: "stays, reported; CAN stays off",
+        note: "remains reported; CAN stays off",
         ..PLAIN
     },
     Scenario {
@@ -192,7 +192,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "hang-at-start",
-        what: "endless loop at each ms of the start",
+        what: "endless loop at each ms of start-up",
         steps: |variant| {
             vec![
                 Step::Wait(300 + 1_000 * variant as u32),
@@ -224,12 +224,12 @@ pub(super) const ROWS: &[Scenario] = &[
         steps: |_| vec![Step::Inject(Injection::DebuggerHalt(50))],
         reports: Reports::Any,
         clock_stops: true,
-        note: "the board's clock stands still meanwhile",
+        note: "the board's clock stops meanwhile",
         ..PLAIN
     },
     Scenario {
         name: "two-dma-errors",
-        what: "the DMA meets errors on the sensor's bus and on the serial line at once",
+        what: "DMA errors on the sensor's bus and on the serial line at once",
         steps: |_| {
             vec![
                 Step::Inject(Injection::DmaError(SENSOR_STREAM)),

@@ -1,4 +1,4 @@
-//! What can go wrong with the lines that lead out.
+//! Faults of the lines that lead out.
 
 use lsm6dsox::sim::Fault as SensorFault;
 use wire::dictionary::index;
@@ -24,7 +24,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "no-acknowledge",
-        what: "nobody acknowledges on CAN",
+        what: "no node acknowledges on CAN",
         steps: |_| vec![Step::Inject(Injection::Bus(BusFault::NoAcknowledge))],
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::CanErrorPassive),
@@ -33,7 +33,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "bus-saturated",
-        what: "CAN full of frames that go first",
+        what: "CAN full of frames of higher priority",
         steps: |_| vec![Step::Inject(Injection::Bus(BusFault::Saturated))],
         lasts_ms: LASTING,
         reports: Reports::Counter(Counter::CanDropped),
@@ -42,10 +42,10 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "uart-open",
-        what: "serial line open: nobody reads",
+        what: "serial line open: no reader",
         steps: |_| vec![Step::Inject(Injection::Line(LineFault::Open))],
         lasts_ms: LASTING,
-        note: "without flow control a sender cannot know; the next whole frame is read",
+        note: "undetectable without flow control; the next whole frame is read",
         ..PLAIN
     },
     Scenario {
@@ -58,7 +58,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "uart-dma-error",
-        what: "serial line: the DMA meets an error in the middle of each transfer",
+        what: "serial line: DMA error in the middle of each transfer",
         steps: |_| vec![Step::Inject(Injection::DmaError(SERIAL_STREAM))],
         lasts_ms: LASTING,
         reports: Reports::Counter(Counter::UartDropped),
@@ -66,7 +66,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "uart-receive-dma-error",
-        what: "serial line: the DMA meets an error in the second half of its buffer, while garbage comes",
+        what: "serial line: receive DMA error in the second half of its buffer, during garbage",
         // The first error comes with byte 257, of some the last one.
         steps: |variant| {
             vec![
@@ -98,7 +98,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "bus-dominant-at-set",
-        what: "CAN lines shorted while the controller is set anew",
+        what: "CAN lines shorted while the controller is reconfigured",
         steps: |_| {
             vec![
                 Step::Inject(Injection::Bus(BusFault::Shorted)),
@@ -130,7 +130,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "uart-flood-of-breaks",
-        what: "serial line held low for 2 ms, each 10 ms",
+        what: "serial line held low for 2 ms, every 10 ms",
         steps: |_| {
             (0..20)
                 .flat_map(|_| {

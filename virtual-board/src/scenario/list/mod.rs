@@ -1,4 +1,4 @@
-//! Everything that can go wrong: the rows of the fault matrix, and the names of the command line.
+//! All scenarios: the rows of the fault matrix, and the names of the command line.
 
 mod chip;
 mod lines;
@@ -11,7 +11,7 @@ use wire::{Address, Value};
 
 use super::{Invalid, Pages, Reports, Scenario, Step};
 
-/// How long what does not end by itself lasts, ms.
+/// How long a fault that does not end by itself lasts, ms.
 const LASTING: Option<u64> = Some(300);
 
 /// TIM2's interrupt: tick and edges.
@@ -32,7 +32,7 @@ const LOADED: u16 = 2000;
 /// may still be on its way.
 const ONE_TICK_US: u64 = 1_700;
 
-/// From which on every kind of fault of the sensor has been found.
+/// By then every kind of fault of the sensor has been detected, µs.
 const FOUND_US: u64 = 5_000;
 
 const PLAIN: Scenario = Scenario {
@@ -80,7 +80,7 @@ const LOAD_SCALE: Address = Address::new(index::LOAD_INPUT, 2);
 
 const OLD_AND_NEW: [Value; 2] = [Value::F32(2.0), Value::F32(3.0)];
 
-/// Where stored settings are the old ones.
+/// The old value of the setting that is changed.
 pub(super) const OLD_SCALE: Step = Step::Set(LOAD_SCALE, OLD_AND_NEW[0]);
 
 const SUBJECTS: [&[Scenario]; 4] = [sensor::ROWS, lines::ROWS, settings::ROWS, chip::ROWS];

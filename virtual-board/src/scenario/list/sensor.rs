@@ -1,4 +1,4 @@
-//! What can go wrong with the sensor and its line.
+//! Faults of the sensor and its line.
 
 use lsm6dsox::setting::Sensor::{self, Accel as Accelerometer, Gyro as Gyroscope};
 use lsm6dsox::sim::{Axis, Fault as SensorFault, StartTimes, Stimulus};
@@ -32,7 +32,7 @@ const TURNING: Stimulus = Stimulus {
     ..Stimulus::REST
 };
 
-/// Still, but for the time in which something is wrong.
+/// At rest, except while the fault lasts.
 fn while_wrong(seconds: f64, moving: Stimulus) -> Stimulus {
     match seconds {
         0.0..0.3 => moving,
@@ -92,14 +92,14 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "spi-dma-error",
-        what: "SPI: the DMA meets an error in the middle of each sample",
+        what: "SPI: DMA error in the middle of each sample",
         steps: |_| vec![Step::Inject(Injection::DmaError(SENSOR_STREAM))],
         reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
     Scenario {
         name: "spi-hung",
-        what: "SPI: its clock stands",
+        what: "SPI: clock stopped",
         steps: |_| vec![Step::Inject(Injection::SensorClockStopped)],
         reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
@@ -115,7 +115,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "wrong-id",
-        what: "another identity from power-up on",
+        what: "wrong identity from power-up on",
         steps: |_| vec![Step::Inject(Injection::Sensor(SensorFault::WrongId(0x6B)))],
         at_power_up: true,
         phases: 1,
@@ -152,7 +152,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "frozen",
-        what: "outputs repeat, and say they are new",
+        what: "outputs repeat, flagged as new",
         steps: |_| vec![Step::Inject(Injection::Sensor(SensorFault::FrozenOutput))],
         blind_us: FOUND_US,
         reports: Reports::Fault(Fault::SensorFrozen),
@@ -175,7 +175,7 @@ pub(super) const ROWS: &[Scenario] = &[
             )))]
         },
         invalid: Invalid::Never,
-        note: "within what the timing takes",
+        note: "within the timing tolerance",
         keeps_time: true,
         ..SENSOR
     },
@@ -188,13 +188,13 @@ pub(super) const ROWS: &[Scenario] = &[
             )))]
         },
         invalid: Invalid::Never,
-        note: "within what the timing takes",
+        note: "within the timing tolerance",
         keeps_time: true,
         ..SENSOR
     },
     Scenario {
         name: "accelerometer-frozen",
-        what: "accelerometer repeats, the gyroscope lives",
+        what: "accelerometer repeats, gyroscope works",
         steps: |_| vec![sensor(SensorFault::SensorFrozen(Accelerometer))],
         blind_us: 25_000,
         reports: Reports::Fault(Fault::SensorFrozen),
@@ -202,7 +202,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "gyroscope-frozen",
-        what: "gyroscope repeats, the accelerometer lives",
+        what: "gyroscope repeats, accelerometer works",
         steps: |_| vec![sensor(SensorFault::SensorFrozen(Gyroscope))],
         blind_us: 45_000,
         reports: Reports::Fault(Fault::SensorFrozen),
@@ -254,21 +254,21 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "bank-switched",
-        what: "FUNC_CFG_ACCESS flips: other registers",
+        what: "FUNC_CFG_ACCESS flips: another register bank",
         steps: |_| vec![flipped(0x01, 0x80)],
         reports: Reports::Fault(Fault::SensorWrongId),
         ..FLIPPED
     },
     Scenario {
         name: "three-wire",
-        what: "CTRL3_C.SIM flips: nobody drives the data line",
+        what: "CTRL3_C.SIM flips: data line not driven",
         steps: |_| vec![flipped(0x12, 0x08)],
         reports: Reports::Fault(Fault::SensorWrongId),
         ..FLIPPED
     },
     Scenario {
         name: "user-offset",
-        what: "X_OFS_USR flips: an offset",
+        what: "X_OFS_USR flips: an offset is added",
         steps: |_| vec![flipped(0x73, 0x40)],
         ..FLIPPED
     },
@@ -286,7 +286,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "edge-glitches",
-        what: "pulses of 1 µs on the data-ready line beside the real ones, each 1.1 ms",
+        what: "extra pulses of 1 µs on the data-ready line, every 1.1 ms",
         steps: |_| {
             vec![sensor(SensorFault::DataReadyGlitches {
                 period_ns: 1_100_000,
@@ -298,7 +298,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "gyroscope-bias",
-        what: "gyroscope off by 2 °/s on each axis from power-up on",
+        what: "gyroscope bias of 2 °/s on each axis from power-up on",
         board: |options, _| set_bias(options, 2.0),
         at_power_up: true,
         phases: 1,
@@ -310,7 +310,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "gyroscope-bias-large",
-        what: "gyroscope off by 15 °/s on each axis from power-up on",
+        what: "gyroscope bias of 15 °/s on each axis from power-up on",
         board: |options, _| set_bias(options, 15.0),
         at_power_up: true,
         phases: 1,
@@ -318,7 +318,7 @@ pub(super) const ROWS: &[Scenario] = &[
         deadline_ms: Some(7_000),
         blind_us: 500_000,
         reports: Reports::Fault(Fault::GyroBias),
-        note: "more than is learnt",
+        note: "beyond the range that is learnt",
         ..SENSOR
     },
     Scenario {
@@ -329,7 +329,7 @@ pub(super) const ROWS: &[Scenario] = &[
         invalid: Invalid::Never,
         phases: 1,
         reports: Reports::Any,
-        note: "goes on at 5 MHz",
+        note: "continues at 5 MHz",
         ..SENSOR
     },
     Scenario {
@@ -341,12 +341,12 @@ pub(super) const ROWS: &[Scenario] = &[
         invalid: Invalid::Never,
         phases: 1,
         reports: Reports::Any,
-        note: "goes on at 5 MHz",
+        note: "continues at 5 MHz",
         ..SENSOR
     },
     Scenario {
         name: "sensor-fast",
-        what: "sensor that starts as soon as parts do",
+        what: "sensor with the shortest start-up time",
         board: |options, _| {
             if let Some(sensor) = &mut options.sensor {
                 sensor.start = StartTimes::FASTEST;

@@ -1,4 +1,4 @@
-//! What can go wrong with the settings and the flash that keeps them.
+//! Faults of the settings and the flash that stores them.
 
 use wire::Fault;
 use wire::node::Command;
@@ -12,7 +12,7 @@ use crate::scenario::{Pages, Reports, Scenario, Step};
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "flash-blank",
-        what: "stored settings gone, then a reset",
+        what: "stored settings erased, then a reset",
         before: &[Step::Store],
         steps: |_| {
             vec![
@@ -21,7 +21,7 @@ pub(super) const ROWS: &[Scenario] = &[
             ]
         },
         reports: Reports::BootUp,
-        note: "a new board is like this: defaults apply",
+        note: "as on a new board: defaults apply",
         resets: &[ResetCause::Pin],
         ..PLAIN
     },
@@ -36,13 +36,13 @@ pub(super) const ROWS: &[Scenario] = &[
             ]
         },
         reports: Reports::Fault(Fault::ConfigCorrupted),
-        note: "defaults apply; stays, reported, until settings are stored",
+        note: "defaults apply; remains reported until settings are stored",
         resets: &[ResetCause::Pin],
         ..PLAIN
     },
     Scenario {
         name: "power-cut",
-        what: "supply cut while settings are stored, in each fourth of 115 writes",
+        what: "supply cut while settings are stored, at every fourth of 115 writes",
         before: &[
             Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
             Step::Store,
@@ -57,12 +57,12 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "garbage-at-power-up",
-        what: "anything in the pages with the settings at power-up: twelve seeds",
+        what: "arbitrary bytes in the settings pages at power-up: twelve seeds",
         steps: |seed| vec![Step::Inject(Injection::SettingsGarbage(seed))],
         variants: (1, 12, 1),
         at_power_up: true,
         reports: Reports::Any,
-        note: "defaults apply where there is nothing else",
+        note: "defaults apply where no valid record is found",
         ..PLAIN
     },
     Scenario {
@@ -78,7 +78,7 @@ pub(super) const ROWS: &[Scenario] = &[
             ]
         },
         reports: Reports::Fault(Fault::ConfigCorrupted),
-        note: "defaults apply; stays, reported, until settings are stored",
+        note: "defaults apply; remains reported until settings are stored",
         ..PLAIN
     },
     Scenario {
@@ -119,7 +119,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "worn-flash",
-        what: "a bit cleared where the record goes, in each twelfth word of it, then a reset",
+        what: "a bit cleared in the record that is stored, at every twelfth word, then a reset",
         before: &[
             Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
             Step::Store,
