@@ -1,5 +1,4 @@
-//! What a straight run of instructions costs: how many there are, and an estimate of their
-//! cycles on a Cortex-M4 without wait states (technical reference manual, table 3-1, 7-1).
+//! The cost of a straight run of instructions: their number, and an estimate of their cycles on a Cortex-M4 without wait states (technical reference manual, table 3-1, 7-1).
 
 use crate::memory::Memory;
 use crate::part::flash::accelerator::Literal;

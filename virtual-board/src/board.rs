@@ -28,9 +28,9 @@ pub struct BoardOptions {
     pub chip: ChipOptions,
     /// The specimen of the sensor; `None` where its bus is empty.
     pub sensor: Option<PartOptions>,
-    /// What the load sensor's voltage converts to.
+    /// The code of the load sensor's voltage.
     pub load: u16,
-    /// What TIM2 counts from when it is first started: as if it had run that long already.
+    /// The count of TIM2 when it is first started: as if it had run that long already.
     pub time_base: u32,
 }
 
@@ -73,7 +73,7 @@ impl Motion for Still {
 pub struct Board {
     cpu: Cpu,
     image: Image,
-    /// What the load sensor's voltage converts to without a fault.
+    /// The code of the load sensor's voltage without a fault.
     load: u16,
 }
 
@@ -119,7 +119,7 @@ impl Board {
     /// Runs for a duration, in units of [`time`](crate::time).
     ///
     /// # Errors
-    /// Where the firmware did what is not modelled or what the part would not do as asked.
+    /// Where the firmware misused the part, or used something that is not modelled.
     pub fn run_for(&mut self, duration: u64) -> Result<(), Failure> {
         let until = self.now() + duration;
         self.run_until(until)
@@ -165,13 +165,13 @@ impl Board {
         core::mem::take(&mut self.cpu.machine().chip.can.requested)
     }
 
-    /// Keeps what goes over the sensor's bus from now on, unless it is already kept.
+    /// Records the sensor's bus from now on, unless it is already recorded.
     pub fn record_sensor_bus(&mut self) {
         let transactions = &mut self.cpu.machine().chip.transactions;
         transactions.get_or_insert_default();
     }
 
-    /// What has gone over the sensor's bus since it was last taken, without what still goes on.
+    /// Completed transactions on the sensor's bus since they were last taken.
     pub fn take_transactions(&mut self) -> Vec<Transaction> {
         let mut machine = self.cpu.machine();
         let Some(all) = &mut machine.chip.transactions else {
@@ -223,7 +223,7 @@ impl Board {
         }
     }
 
-    /// The core with everything around it, for what has no method here.
+    /// The core with everything around it, for access that has no method here.
     pub const fn cpu(&mut self) -> &mut Cpu {
         &mut self.cpu
     }

@@ -1,9 +1,9 @@
-//! The chip around the core: its peripherals, what is soldered to it, and what moves between them.
+//! The chip around the core: its peripherals, the parts soldered to it, and the data between them.
 //!
 //! | step | where |
 //! |---|---|
 //! | the core loads or stores: which peripheral is at the address | `access`, `map` |
-//! | reset and clock control: clocks on and off, what follows from a change | `clocks` |
+//! | reset and clock control: clocks on and off, consequences of a change | `clocks` |
 //! | time passes: every peripheral acts when it is due, [`Chip::advance`] | here |
 //! | bytes to and from the sensor, edges of its pin | `sensor` |
 //! | requests of DMA are served | `dma` |
@@ -36,7 +36,7 @@ use crate::part::usart::Usart;
 use crate::time::{NEVER, cycle};
 pub use sensor::Transaction;
 
-/// What a peripheral may need to act.
+/// The time and memory that a peripheral acts on.
 pub struct Context<'a> {
     /// Virtual time.
     pub now: u64,
@@ -47,12 +47,12 @@ pub struct Context<'a> {
 /// The nominal supply, mV.
 pub const NOMINAL_MV: u32 = 3_300;
 
-/// What the chip is made with.
+/// The variant of the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChipOptions {
     /// The crystal, hertz; `None` where it does not start.
     pub crystal: Option<u32>,
-    /// Which specimen of what the data sheet allows.
+    /// The specimen, within the limits of the data sheet.
     pub corner: Corner,
 }
 
@@ -66,7 +66,7 @@ impl Default for ChipOptions {
     }
 }
 
-/// The chip's peripherals and what is soldered to it.
+/// The chip's peripherals and the parts soldered to it.
 pub struct Chip {
     /// Reset and clocks.
     pub rcc: Rcc,
@@ -149,7 +149,7 @@ impl Chip {
         }
     }
 
-    /// What TIM2 counts from when it is first started.
+    /// Sets the count of TIM2 at its first start.
     pub const fn set_time_base(&mut self, count: u32) {
         self.timers[0].head_start = count;
     }
@@ -198,7 +198,7 @@ impl Chip {
         }
     }
 
-    /// The supply becomes this, mV: below what the option bytes say the chip is reset, and the
+    /// The supply becomes this, mV: below the brown-out level of the option bytes the chip is reset, and the
     /// supply then comes back.
     pub fn set_supply(&mut self, mv: u32) {
         self.flash.supply_mv = mv;
@@ -208,7 +208,7 @@ impl Chip {
         }
     }
 
-    /// A debugger halts the core, or lets it go on: what its settings say stands still meanwhile.
+    /// A debugger halts the core, or resumes it: peripherals that its settings name stand still meanwhile.
     pub(crate) fn freeze(&mut self, frozen: bool, debug: &Dbgmcu, now: u64) {
         for (index, timer) in self.timers.iter_mut().enumerate() {
             timer.freeze(frozen && debug.freezes_timer(index), now);

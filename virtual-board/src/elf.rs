@@ -2,7 +2,7 @@
 
 use object::{Object, ObjectSegment, ObjectSymbol};
 
-/// What of an ELF goes to the board.
+/// The parts of an ELF that the board needs.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
     /// Load addresses and their bytes.

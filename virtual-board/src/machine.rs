@@ -1,11 +1,11 @@
-//! What surrounds the core: time, what code costs, the private peripherals, and the chip.
+//! The surroundings of the core: time, the cost of code, the private peripherals, and the chip.
 //!
 //! | step | where |
 //! |---|---|
 //! | a block of instructions begins: charge the one before, look whether something is due | `blocks` |
 //! | fetch it from flash | `blocks` |
 //! | a load or store outside of memory | `access` |
-//! | what is due happens: [`Machine::catch_up`], [`Machine::sleep`] | here |
+//! | events that are due: [`Machine::catch_up`], [`Machine::sleep`] | here |
 //! | instructions and cycles so far | `counting` |
 
 mod access;
@@ -62,7 +62,7 @@ pub struct FaultNote {
     pub exception: u16,
     /// Bits of the fault status register.
     pub status: u32,
-    /// What it was about.
+    /// The address that was accessed, where there is one.
     pub address: Option<u32>,
 }
 
@@ -78,7 +78,7 @@ pub struct Machine {
     pub flash_waits: u64,
     /// The chip.
     pub chip: Chip,
-    /// What the program has written to its debugger.
+    /// The output of the program to its debugger.
     pub semihosting: Semihosting,
     /// The interrupt controller.
     pub nvic: Nvic,
@@ -109,7 +109,7 @@ pub struct Machine {
     period: u64,
     deadline: u64,
     blocks: Vec<Block>,
-    /// What all blocks load from flash at places known from their code.
+    /// The loads from flash of all blocks, at addresses known from their code.
     literals: Vec<Literal>,
 }
 
@@ -152,7 +152,7 @@ impl Machine {
         }
     }
 
-    /// Everything but memory and what a reset leaves alone starts again.
+    /// Everything starts again but memory and the state that outlives a reset.
     pub(crate) fn reset(&mut self) {
         self.chip.reset(self.now);
         self.nvic = Nvic::default();
@@ -245,7 +245,7 @@ impl Machine {
         self.after_chip();
     }
 
-    /// What the chip did reaches the core.
+    /// The chip has acted: interrupts, resets and stalls reach the core.
     fn after_chip(&mut self) {
         self.chip.drive_lines(&mut self.nvic);
         if let Some((from, to)) = self.chip.take_flash_changed() {

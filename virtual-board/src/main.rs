@@ -1,4 +1,4 @@
-//! `virtual-board run`: boots an ELF, lets it run, and writes down what came out.
+//! `virtual-board run`: boots an ELF, runs it, and writes its output to files.
 
 #![forbid(unsafe_code)]
 
@@ -39,7 +39,7 @@ struct RunArguments {
     /// A recording that the sensor feels, resampled by straight lines.
     #[arg(long, conflicts_with = "gait")]
     input: Option<PathBuf>,
-    /// How the recording is laid out, where it has no header that tells.
+    /// How the recording is laid out, where its header does not name the columns.
     #[arg(long, requires = "input")]
     layout: Option<Format>,
     /// Seconds of the recording that are left out at its beginning.
@@ -52,14 +52,14 @@ struct RunArguments {
     /// Virtual time to run for; of a recording its length.
     #[arg(long, value_parser = duration, allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// What goes wrong, and when in ms: NAME@MS, or NAME:VARIANT@MS; `clear` ends what can end.
+    /// A fault to inject, and when in ms: NAME@MS, or NAME:VARIANT@MS; `clear` clears all that can be cleared.
     /// The name `help` lists all.
     #[arg(long = "fault", value_parser = fault)]
     faults: Vec<Planned>,
     /// The gait's and the sensor's seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Which specimen of the chip: fast, typical or slow, within what the data sheet allows.
+    /// The specimen of the chip: fast, typical or slow, within what the data sheet allows.
     #[arg(long, default_value = "typical")]
     corner: Corner,
     /// Everything on: raw samples too, three more feet on the bus, and questions over both lines.
@@ -82,16 +82,16 @@ struct RunArguments {
 #[derive(Clone)]
 struct Planned {
     text: String,
-    /// `None` where everything that can end ends.
+    /// `None` where faults are cleared.
     scenario: Option<&'static Scenario>,
     variant: u64,
     ms: u32,
 }
 
-/// Ends what can end.
+/// Clears all that can be cleared.
 const CLEAR: &str = "clear";
 
-/// A day: more is a slip of the pen.
+/// A day: more is taken as a mistake.
 const MOST_SECONDS: f64 = 86_400.0;
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -138,7 +138,7 @@ fn fault(text: &str) -> Result<Planned, String> {
 }
 
 impl Planned {
-    /// What is done, and when, ms; what has to be so before comes before.
+    /// The actions, and when, ms; preparation comes first.
     fn actions(&self) -> Vec<Action> {
         let action = |ms: u64, step: Step| Action { ms, step };
         let ms = u64::from(self.ms);
@@ -234,7 +234,7 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     Ok(())
 }
 
-/// Builds the firmware and says where it is.
+/// Builds the firmware and returns its path.
 fn build() -> Result<PathBuf, String> {
     const TARGET: &str = "thumbv7em-none-eabihf";
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

@@ -62,7 +62,7 @@ pub const CCM: Region = Region {
     size: 0x1_0000,
 };
 
-/// What the factory programs: serial number, size of flash.
+/// Programmed in the factory: serial number, size of flash.
 pub const FACTORY: Region = Region {
     start: 0x1FFF_7000,
     size: 0x1000,

@@ -1,4 +1,4 @@
-//! What can be made to go wrong with the board.
+//! Faults that can be injected into the board.
 
 use lsm6dsox::sim::{Fault as SensorFault, Part as Sensor};
 
@@ -17,7 +17,7 @@ const ENDLESS_LOOP: u16 = 0xE7FE;
 /// Where there is neither memory nor a peripheral.
 const NOWHERE: u32 = 0x6000_0000;
 
-/// What can be made to go wrong with the board.
+/// A fault that is injected into the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Injection {
     /// Of the sensor or its line.
@@ -34,7 +34,8 @@ pub enum Injection {
     CrystalLost,
     /// The supply dips.
     BrownOut,
-    /// The supply becomes this, mV. Below what the option bytes say it is a dip, and comes back.
+    /// The supply becomes this, mV. Below the brown-out level of the option bytes it is a dip, and
+    /// comes back.
     Supply(u32),
     /// A debugger halts the core for this long, ms.
     DebuggerHalt(u32),
@@ -69,7 +70,7 @@ pub enum Injection {
 }
 
 impl Board {
-    /// Makes something go wrong now, or clears it.
+    /// Injects a fault now, or clears those that can be cleared.
     pub fn inject(&mut self, injection: Injection) {
         match injection {
             Injection::Derail => return self.cpu.derail(NOWHERE, false),
@@ -155,7 +156,7 @@ impl Board {
     }
 
     /// Fills the pages with the settings as a seed chooses: with noise, with noise in blank pages, or
-    /// by clearing scattered bits of what they hold.
+    /// by clearing scattered bits of their content.
     fn fill_settings(&mut self, seed: u64) {
         let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
         let mut next = move || {

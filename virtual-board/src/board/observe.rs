@@ -1,4 +1,4 @@
-//! What can be seen of a board from outside: counters, faults, profile, memory.
+//! The state of a board as seen from outside: counters, faults, profile, memory.
 
 use std::collections::BTreeMap;
 
@@ -45,8 +45,8 @@ impl Board {
             .collect()
     }
 
-    /// Counts the instructions of a function apart, from now on, with all that it calls and what
-    /// interrupts it; of the first function whose name contains `part`. False where there is none.
+    /// Counts the instructions of a function apart, from now on, with all that it calls and all
+    /// that interrupts it; of the first function whose name contains `part`. False where there is none.
     pub fn watch_function(&mut self, part: &str) -> bool {
         let mut functions = self.image.functions.iter();
         let found = functions.find(|(_, _, name)| name.contains(part));
@@ -112,8 +112,8 @@ impl Board {
         self.cpu.memory().read(address, &mut bytes).then_some(bytes)
     }
 
-    /// The deepest that the stack between two addresses has been, bytes from its upper end; what
-    /// was never written holds [`UNTOUCHED`] or the start-up code's own paint.
+    /// The deepest that the stack between two addresses has been, bytes from its upper end; a word
+    /// that was never written holds [`UNTOUCHED`] or the start-up code's own paint.
     pub fn stack_high_water(&mut self, low: u32, high: u32) -> usize {
         const PAINT: [u8; 4] = 0xCCCC_CCCC_u32.to_le_bytes();
         let Some(bytes) = self.memory(low, high.saturating_sub(low) as usize) else {

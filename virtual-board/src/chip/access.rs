@@ -11,7 +11,7 @@ impl Chip {
     /// A load by the core.
     ///
     /// # Errors
-    /// Where what is there is not modelled or not clocked.
+    /// Where the peripheral is not modelled or not clocked.
     pub fn read(
         &mut self,
         context: &mut Context,
@@ -31,7 +31,7 @@ impl Chip {
     /// A store by the core.
     ///
     /// # Errors
-    /// Where what is there is not modelled or not clocked, or does not take this.
+    /// Where the peripheral is not modelled or not clocked, or refuses the value.
     pub fn write(
         &mut self,
         context: &mut Context,
@@ -108,7 +108,7 @@ impl Chip {
         let (part, offset) = self.locate(address)?;
         let (value, offset) = match (part, size) {
             (_, 4) => (value, offset),
-            // What goes out is as wide as the store; other registers take words.
+            // Data registers take the width of the store; other registers take words.
             (Part::Spi(_), 1 | 2) if offset == 0xC => (value & 0xFF, offset),
             (Part::Usart(_), 1 | 2) if offset == 4 => (value & 0x1FF, offset),
             (_, 2) if offset.is_multiple_of(4) => (value & 0xFFFF, offset),

@@ -1,4 +1,4 @@
-//! The clocks of the peripherals, and what follows a change of them.
+//! The clocks of the peripherals, and the consequences of a change of them.
 
 use super::Chip;
 use super::map::MAP;

@@ -1,4 +1,4 @@
-//! Where each peripheral is, and what switches its clock on (RM0090, table 1 and 7.3).
+//! The address of each peripheral, and the bit that enables its clock (RM0090, table 1 and 7.3).
 
 /// A peripheral.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub(super) enum Part {
     Dma(usize),
 }
 
-/// Where a peripheral is and what switches its clock on.
+/// The address of a peripheral, and the bit that enables its clock.
 pub(super) struct Entry {
     pub(super) name: &'static str,
     pub(super) base: u32,

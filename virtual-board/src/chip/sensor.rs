@@ -15,7 +15,7 @@ const TRIGGERS: [[Option<usize>; 4]; 4] = [
     [Some(0), Some(1), Some(2), None],
 ];
 
-/// What went over the sensor's bus while its chip select was low.
+/// The bytes on the sensor's bus while its chip select was low.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Transaction {
     /// When the chip select fell, in units of [`time`].

@@ -2,7 +2,7 @@
 //!
 //! | step of the run loop | where |
 //! |---|---|
-//! | what is due happens; failures, resets, a debugger's halt: [`Cpu::run_until`] | here |
+//! | events that are due; failures, resets, a debugger's halt: [`Cpu::run_until`] | here |
 //! | an exception is due: push a frame, go to its handler | `exceptions` |
 //! | run blocks of instructions until a hook stops the engine | `stops` |
 //! | the engine's hooks: blocks, peripherals, addresses without memory | `engine` |
@@ -40,7 +40,7 @@ const R: [RegisterARM; 13] = [
     RegisterARM::R12,
 ];
 
-/// What the core does.
+/// The state of the core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// Executes.
@@ -87,12 +87,12 @@ impl Cpu {
         Ok(cpu)
     }
 
-    /// What is around the core.
+    /// The surroundings of the core.
     pub fn machine(&self) -> RefMut<'_, Machine> {
         self.machine.borrow_mut()
     }
 
-    /// What the core does.
+    /// The state of the core.
     #[must_use]
     pub const fn state(&self) -> State {
         self.state
@@ -112,7 +112,7 @@ impl Cpu {
         self.state = State::Running;
     }
 
-    /// Moves the stack pointer of what executes.
+    /// Moves the current stack pointer.
     pub fn move_stack(&mut self, address: u32) {
         self.set(RegisterARM::SP, address & !3);
     }
@@ -180,7 +180,7 @@ impl Cpu {
     /// Runs until the machine's time is `until`, or the program exits.
     ///
     /// # Errors
-    /// Where the firmware did what is not modelled or what the part would not do as asked.
+    /// Where the firmware misused the part, or used something that is not modelled.
     pub fn run_until(&mut self, until: u64) -> Result<(), Failure> {
         self.machine.borrow_mut().limit = until;
         loop {

@@ -49,7 +49,7 @@ pub struct Nvic {
 impl Default for Nvic {
     fn default() -> Self {
         let mut enabled = [false; EXCEPTIONS];
-        // What has no enable bit of its own.
+        // Exceptions without an enable bit.
         for number in [
             exception::NMI,
             exception::HARD_FAULT,
@@ -72,7 +72,7 @@ impl Default for Nvic {
 }
 
 impl Nvic {
-    /// The exception to take next, and its group priority, whatever is masked.
+    /// The exception to take next, and its group priority, masks ignored.
     #[must_use]
     pub const fn next(&self) -> Option<(u16, i16)> {
         self.next

@@ -1,4 +1,4 @@
-//! What the execution of blocks costs, and where it stops for something else.
+//! The cost of executing blocks, and the events that stop it.
 
 use super::{Machine, Stop};
 use crate::block::{Block, TAKEN, literals};

@@ -1,9 +1,9 @@
-//! What is counted: instructions, cycles, the calls of a function.
+//! Counters: instructions, cycles, the calls of a function.
 
 use super::Machine;
 use crate::memory::FLASH;
 
-/// What has been counted so far.
+/// Counters so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counters {
     /// Virtual time, in units of [`time`](crate::time).
@@ -16,7 +16,7 @@ pub struct Counters {
     pub flash_waits: u64,
 }
 
-/// What the calls of a function cost, from its first instruction to the one after the call.
+/// The cost of the calls of a function, from its first instruction to the one after the call.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Watched {
     address: u32,

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | the program puts a frame into a mailbox | `registers` |
 //! | mailboxes and other nodes compete for the bus, the frame ends | `bus` |
-//! | what goes wrong is counted | `errors` |
+//! | errors are counted | `errors` |
 //! | a frame of another node passes the filters | `receive` |
 //! | the program reads it from its FIFO | `registers` |
 
@@ -49,13 +49,13 @@ pub struct Can {
     busy: Option<(Sender, u64)>,
     /// When the bus is idle enough to take part, or to come back from bus-off.
     joined_at: u64,
-    /// What is wrong with the bus.
+    /// The fault of the bus.
     pub fault: BusFault,
-    /// What the controller has sent.
+    /// Frames that the controller has sent.
     pub sent: Vec<TimedFrame>,
     /// When each frame was put into a mailbox, and its identifier; kept until taken.
     pub requested: Vec<(u64, u32)>,
-    /// What the other node sends: not before the time.
+    /// Frames of the other node, none before its time.
     incoming: VecDeque<TimedFrame>,
     /// Frames that came while a FIFO was full.
     pub overruns: u64,

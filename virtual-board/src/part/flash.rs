@@ -30,7 +30,7 @@ const OPTSTRT: u32 = 1 << 1;
 /// started by software.
 const DELIVERED: u32 = 0x0FFF_AAEC;
 
-/// What a lock was written with so far.
+/// The keys that a lock was written with so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Keys {
     #[default]
@@ -66,7 +66,7 @@ pub struct Flash {
     control: u32,
     keys: Keys,
     option_keys: Keys,
-    /// The option register, and what is programmed.
+    /// The option register, and the option bytes as programmed.
     option_control: u32,
     options: u32,
     corner: Corner,
@@ -291,7 +291,7 @@ impl Flash {
         self.erases += 1;
         let length = from_us(u64::from(self.erase_ms(kib)) * 1000);
         let cut = self.operate(now, length);
-        // Cut off half-way, the rest is what it was.
+        // Cut off half-way, the rest is unchanged.
         let size = kib * 1024;
         let erased = if cut { size / 2 } else { size };
         memory.write(FLASH.start + start, &vec![0xFF; erased as usize]);

@@ -41,7 +41,7 @@ pub struct Timer {
     /// A debugger halts the core, and the timer with it.
     frozen: bool,
     /// It counts from here when it is first started, its compares moved along: as if it had run
-    /// for so long already.
+    /// that long already.
     pub head_start: u32,
     /// When one of the flags with an interrupt is next set, where that is known.
     next: Cell<Option<u64>>,
@@ -306,7 +306,7 @@ impl Timer {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or what is asked for is not modelled.
+    /// Where there is none, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
         self.advance(now);
         self.next.set(None);

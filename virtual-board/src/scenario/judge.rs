@@ -1,8 +1,8 @@
-//! What a scenario has to come to, whatever its row in the table says.
+//! The requirements on every scenario, independent of its row in the table.
 
 use super::{Invalid, Outcome, Reports, Scenario};
 
-/// What is wrong with what a scenario came to; empty where nothing is.
+/// The requirements that an outcome violates; empty where it meets all.
 #[must_use]
 pub fn violations(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
     let mut all = Vec::new();
@@ -14,7 +14,7 @@ pub fn violations(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
     object(
         outcome.stable_while_invalid > 0,
         format!(
-            "{} frames said stable without valid data",
+            "{} frames said stable on invalid data",
             outcome.stable_while_invalid
         ),
     );
@@ -24,11 +24,11 @@ pub fn violations(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
     );
     object(
         outcome.detected_us() > Some(scenario.detected_within_us as f64),
-        format!("noticed after {:?} µs", outcome.detected_us()),
+        format!("detected after {:?} µs", outcome.detected_us()),
     );
     object(
         !outcome.has_reported(scenario.reports),
-        format!("{:?} was not told", scenario.reports),
+        format!("{:?} was not reported", scenario.reports),
     );
     let was_silent = outcome
         .silent_us
@@ -38,7 +38,7 @@ pub fn violations(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
         scenario.invalid != Invalid::Never
             && outcome.checked == 0
             && !(scenario.may_be_silent && was_silent),
-        "no frame was looked at".into(),
+        "no frame was checked".into(),
     );
     object(
         !scenario.any_reset && outcome.resets != scenario.resets,
@@ -46,7 +46,7 @@ pub fn violations(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
     );
     object(
         outcome.healthy == scenario.stays(),
-        format!("all well afterwards: {}", outcome.healthy),
+        format!("recovered afterwards: {}", outcome.healthy),
     );
     object(
         outcome.kept[2] > 0,
@@ -55,7 +55,7 @@ pub fn violations(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
     let refused = outcome.has_reported(Reports::Fault(wire::Fault::ConfigStore));
     object(
         scenario.keeps_new && !refused && outcome.kept[1] == 0,
-        "settings are not those that were stored, and nothing was said".into(),
+        "settings are not those that were stored, and no fault was reported".into(),
     );
     object(
         !outcome.steady_clock && scenario.keeps_time,

@@ -1,4 +1,4 @@
-//! What came of a scenario, from everything that the board said.
+//! The outcome of a scenario, measured from everything that the board sent.
 
 use wire::{Counter, Fault, Value};
 
@@ -8,64 +8,64 @@ use crate::board::Board;
 use crate::part::rcc::ResetCause;
 use crate::time::{from_us, to_us};
 
-/// What came of it. Times in µs.
+/// The outcome of a scenario. Times are in µs; "injection" is when the fault is injected,
+/// "clearance" when it is cleared or, where it ends by itself, the injection too.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// From the beginning to the first frame about the contact that is not valid.
+    /// From the injection to the first contact frame that is flagged as not valid.
     pub first_invalid_us: Option<f64>,
-    /// From the beginning to the first word about it.
+    /// From the injection to the first report: emergency message, log line, boot-up message.
     pub reported_us: Option<f64>,
-    /// Faults told by emergency messages.
+    /// Faults reported by emergency messages.
     pub emergencies: Vec<Fault>,
-    /// Faults told over the serial line.
+    /// Faults reported over the serial line.
     pub serial: Vec<Fault>,
-    /// Whether the board has introduced itself anew.
+    /// Whether the board has sent a boot-up message since the injection.
     pub boot_up: bool,
-    /// What it was reset by.
+    /// Causes of the resets since the injection.
     pub resets: Vec<ResetCause>,
-    /// Counters that have gone on, of those that stand still while all is healthy.
+    /// Counters that have increased, of those that are constant without a fault.
     pub counters: Vec<Counter>,
     /// Whether data were invalid for a time.
     pub had_invalid_data: bool,
-    /// From the beginning to the last frame that said "stable" before data were valid again.
+    /// From the injection to the last frame that said "stable" before data were valid again.
     pub last_stable_us: Option<f64>,
-    /// Frames about the contact while the data were invalid, but for the time in which that
-    /// cannot be seen.
+    /// The number of contact frames sent while data were invalid, without those sent while the
+    /// fault could not be detected yet.
     pub checked: u64,
-    /// The longest time for which data were invalid, from when that can be seen, µs.
+    /// The longest span of invalid data, from when it could be detected.
     pub invalid_us: f64,
-    /// Those of them that said "stable".
+    /// The number of checked frames that said "stable": zero is required.
     pub stable_while_invalid: u64,
-    /// The latest frame that said "stable": by how much it was later than usual.
+    /// The greatest delay of a frame that said "stable", beyond the usual one.
     pub late_us: f64,
-    /// From the end, or from the beginning of what ends by itself, to the first valid frames on
-    /// every line that is in use; `None` where they never stopped or never came.
+    /// From clearance to the first valid frame on every line in use; `None` where frames never
+    /// stopped, or never came again.
     pub recovered_us: Option<f64>,
-    /// From the end until it was told that it is over.
+    /// From clearance to the emergency message that reports the fault cleared.
     pub cleared_us: Option<f64>,
-    /// The longest time without a frame about the contact: on CAN, on the serial line.
+    /// The longest time without a contact frame: on CAN, on the serial line.
     pub silent_us: [f64; 2],
-    /// Whether the last frames on every line that is in use are valid and say "stable".
+    /// Whether the last frames on every line in use are valid and say "stable".
     pub healthy: bool,
-    /// Whether each sample's time over the serial line is later than the one before, by less than
-    /// two ticks.
+    /// Whether sample times on the serial line increase, each by less than two ticks.
     pub steady_clock: bool,
-    /// The last sample's time over the serial line, µs.
+    /// The last sample time on the serial line, on the board's clock.
     pub last_sample_us: u64,
-    /// From the beginning to the first health message in which one of `counters` had gone on.
+    /// From the injection to the first health message in which one of `counters` had increased.
     pub counted_us: Option<f64>,
-    /// How often the settings afterwards were the old ones, the new ones, anything else.
+    /// The number of runs after which the setting had its old value, the new one, any other.
     pub kept: [u64; 3],
-    /// What is wrong with it: what the scenario was to come to, and did not.
+    /// The requirements that were not met, in words.
     pub violations: Vec<String>,
-    /// How long it was watched.
+    /// From the injection to the end of the run.
     pub watched_us: f64,
 }
 
 /// Longer than this without a frame, µs, and a line counts as disturbed.
 const DISTURBED_US: f64 = 5_000.0;
 
-/// Counters that stand still while all is healthy.
+/// Counters that are constant without a fault.
 const STILL: [Counter; 9] = [
     Counter::SaturatedSamples,
     Counter::MissedSamples,
@@ -125,7 +125,7 @@ impl Outcome {
             if contact.stable && invalid.is_before_the_end(contact.time) {
                 outcome.last_stable_us = Some(since(contact.time));
             }
-            // The clock of a board that was reset begins anew.
+            // The clock of a board that was reset starts again.
             if contact.stable && resets.is_empty() && !scenario.clock_stops {
                 let late = lateness(contact, &usual);
                 outcome.late_us = outcome.late_us.max(late);
@@ -187,11 +187,11 @@ impl Outcome {
 
     fn take_reports(&mut self, scenario: &Scenario, watch: &Watch, at: u64, end: Option<u64>) {
         for &(time, reported) in watch.reported.iter().filter(|(time, _)| *time >= at) {
-            let news = match reported {
+            let is_new = match reported {
                 Reported::Emergency(fault) => insert(&mut self.emergencies, fault),
                 Reported::Serial(fault) => insert(&mut self.serial, fault),
                 Reported::BootUp => {
-                    // At power-up there is nothing else to expect.
+                    // At power-up it is always sent.
                     self.boot_up |= !scenario.at_power_up;
                     !scenario.at_power_up
                 }
@@ -205,13 +205,13 @@ impl Outcome {
                     false
                 }
             };
-            if news {
+            if is_new {
                 self.reported_us.get_or_insert(to_us(time - at));
             }
         }
     }
 
-    /// Counters begin anew with a reset, and are then no sign of anything.
+    /// Counters start again with a reset, and then show nothing.
     fn take_counters(&mut self, watch: &Watch, at: u64, resets: &[(u64, ResetCause)]) {
         let before = watch.health.iter().rev().find(|(time, _)| *time < at);
         let (Some((_, before)), true) = (before, resets.is_empty()) else {
@@ -227,21 +227,21 @@ impl Outcome {
         }
     }
 
-    /// Takes in what the settings are afterwards.
+    /// Counts the value of the setting afterwards.
     pub(super) fn take_setting(&mut self, answer: Option<&[u8]>, values: [Value; 2]) {
         let is_answer = |value: &Value| answer == Some(&value.to_raw().to_le_bytes());
         let index = values.iter().position(is_answer);
         self.kept[index.unwrap_or(2)] += 1;
     }
 
-    /// From the beginning to the first sign of it in anything that the board sends.
+    /// From the injection to the first sign of the fault in anything that the board sends, µs.
     #[must_use]
     pub fn detected_us(&self) -> Option<f64> {
         let signs = [self.first_invalid_us, self.reported_us, self.counted_us];
         signs.into_iter().flatten().reduce(f64::min)
     }
 
-    /// Whether what is to be told has been told.
+    /// Whether the required report has been sent.
     #[must_use]
     pub fn has_reported(&self, reports: Reports) -> bool {
         match reports {
@@ -255,7 +255,7 @@ impl Outcome {
         }
     }
 
-    /// Whether there is nothing more to wait for.
+    /// Whether nothing more is awaited.
     pub(super) fn is_complete(&self, scenario: &Scenario) -> bool {
         let gone = scenario.lasts_ms.is_none()
             || self.emergencies.is_empty()
@@ -264,7 +264,7 @@ impl Outcome {
         self.watched_us > 300_000.0 && self.healthy && gone && self.has_reported(scenario.reports)
     }
 
-    /// Takes in what came of it in another run: the worst of both.
+    /// The worst of this outcome and that of another run.
     #[must_use]
     pub fn worst(mut self, other: &Self) -> Self {
         let most = |a: Option<f64>, b: Option<f64>| match (a, b) {
@@ -315,7 +315,7 @@ fn merge<T: PartialEq + Copy>(all: &mut Vec<T>, others: &[T]) {
     }
 }
 
-/// When data are invalid, and it can be known.
+/// When data are invalid and that can be detected.
 struct Invalidity {
     spans: Vec<(u64, u64)>,
     end: u64,

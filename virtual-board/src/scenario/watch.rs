@@ -1,4 +1,4 @@
-//! What the board says, with the times at which it said it.
+//! Everything the board sends, with its times.
 
 use estimator_core::Decision;
 use wire::uart::{Answer, Decoder, HealthMessage, Message};
@@ -11,7 +11,7 @@ use crate::part::can::TimedFrame;
 use crate::part::usart::TimedByte;
 use crate::time::{PER_SECOND, to_us};
 
-/// One of the two ways out.
+/// A line that leads out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Line {
     Can,
@@ -26,9 +26,9 @@ impl Line {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactFrame {
     pub(super) line: Line,
-    /// When the last of what it says had left.
+    /// When its last byte had left.
     pub(super) time: u64,
-    /// By decision, or by a probability above one half without a doubt.
+    /// By decision, or by a probability above one half without a flag.
     pub(super) stable: bool,
     pub(super) valid: bool,
     /// From the sample's time on the board's clock to `time`, µs, but for a constant; that of CAN
@@ -41,12 +41,12 @@ pub(super) struct ContactFrame {
 /// Short times wrap after this, µs.
 pub(super) const SHORT_US: f64 = 655_360.0;
 
-/// Something that was told.
+/// A report of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reported {
     /// Over CAN.
     Emergency(Fault),
-    /// Over CAN: it is over.
+    /// Over CAN: the fault is cleared.
     Cleared(Fault),
     /// Over the serial line, in the log or in the health message.
     Serial(Fault),
@@ -54,7 +54,7 @@ pub(super) enum Reported {
     BootUp,
 }
 
-/// Everything that was said.
+/// Everything that was sent.
 #[derive(Default)]
 pub(super) struct Watch {
     pub(super) contacts: Vec<ContactFrame>,
@@ -62,7 +62,7 @@ pub(super) struct Watch {
     pub(super) health: Vec<(u64, HealthMessage)>,
     /// Samples read from the sensor: when, and the data-ready edge before.
     pub(super) samples: Vec<(u64, Option<u64>)>,
-    /// What was answered to questions for settings.
+    /// Answers to requests for settings.
     answers: Vec<(Address, Vec<u8>)>,
     decoder: Decoder,
     /// When the last byte but a frame's end left.
@@ -70,7 +70,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Runs the board and takes in what it says.
+    /// Runs the board and records what it sends.
     pub(super) fn run_until(&mut self, board: &mut Board, until: u64) -> Result<(), Failure> {
         while board.now() < until {
             let next = (board.now() + PER_SECOND / 100).min(until);
@@ -80,11 +80,11 @@ impl Watch {
         Ok(())
     }
 
-    /// Takes in what it has said.
+    /// Records what it has sent.
     pub(super) fn take(&mut self, board: &mut Board) {
         for TimedByte { time, byte } in board.take_uart() {
             // A reset may cut a frame off before its end: the next one begins with it, long after
-            // what was said had left.
+            // the last byte had left.
             if let Some(Ok(frame)) = self.decoder.push(byte) {
                 self.message(self.last_byte, &frame.message);
             }
@@ -169,7 +169,7 @@ impl Watch {
         }
     }
 
-    /// The last answer to a question for a setting.
+    /// The last answer to a request for a setting.
     pub(super) fn answered(&self, address: Address) -> Option<&[u8]> {
         let mut answers = self.answers.iter().rev();
         let found = answers.find(|(about, _)| *about == address);

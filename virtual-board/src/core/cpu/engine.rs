@@ -23,7 +23,7 @@ const WINDOWS: [(u64, u64); 4] = [
     (0xE000_0000, 0x0010_0000),
 ];
 
-/// Memory: what the core may do with it, and what each byte holds at power-up.
+/// Memory: its access rights, and the value of each byte at power-up.
 const MEMORIES: [(Region, Prot, u8); 5] = [
     (FLASH, Prot(1 | 4), 0xFF),
     (CCM, Prot(1 | 2), UNTOUCHED),
@@ -94,7 +94,7 @@ pub(super) fn with_memory(segments: &[(u32, Vec<u8>)]) -> Result<Engine, String>
     Ok(engine)
 }
 
-/// What RAM holds after the supply was gone.
+/// RAM loses its content, as without supply.
 pub(super) fn lose_ram(engine: &mut Engine) {
     for region in [RAM, CCM] {
         engine.write(region.start, &vec![UNTOUCHED; region.size]);

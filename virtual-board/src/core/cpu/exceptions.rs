@@ -19,7 +19,7 @@ pub(super) const FLOATS: [RegisterARM; 8] = [
     RegisterARM::D7,
 ];
 
-/// What an exception stacks before the return address and the program status, in this order.
+/// The registers that an exception stacks before the return address and the program status, in this order.
 const STACKED: [RegisterARM; 6] = [
     RegisterARM::R0,
     RegisterARM::R1,
@@ -29,7 +29,7 @@ const STACKED: [RegisterARM; 6] = [
     RegisterARM::LR,
 ];
 
-/// Cycles from an exception's arrival to its handler, from its end to what it interrupted, and
+/// Cycles from an exception's arrival to its handler, from its end to the interrupted code, and
 /// from one handler to the next.
 const ENTRY: u64 = 12;
 const EXIT: u64 = 10;
@@ -208,7 +208,7 @@ impl Cpu {
         self.set(RegisterARM::APSR_NZCV, flags);
     }
 
-    /// Returns from an exception, as `code` says.
+    /// Returns from an exception, by the return code `code`.
     pub(super) fn leave(&mut self, code: u32) {
         let number = (self.get(RegisterARM::XPSR) & 0x1FF) as u16;
         let ended = self.machine.borrow_mut().nvic.end(number);

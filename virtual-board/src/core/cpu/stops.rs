@@ -27,7 +27,7 @@ impl Cpu {
         let result = self.engine.emu_start(u64::from(start | 1), 0, 0, 0);
         let pc = self.get(RegisterARM::PC);
         let stop = self.machine.borrow_mut().stop.take();
-        // What was seen of the current block, up to where it stopped.
+        // The current block, up to where it stopped.
         let block = self.finish_block(pc, &stop);
         match stop {
             // A store goes on to the end of its block, and the bus refuses it afterwards.

@@ -1,10 +1,10 @@
-//! The bus: who sends when, how a frame ends, and what can be wrong with the lines.
+//! The bus: who sends when, how a frame ends, and faults of the lines.
 
 use super::registers::{ABOM, INAK, INRQ, LOOPBACK, NART, SILENT, SLAK, SLEEP};
 use super::{Can, Frame, TimedFrame};
 use crate::time::NEVER;
 
-/// What is wrong with the bus.
+/// A fault of the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BusFault {
     /// Nothing.
@@ -210,7 +210,7 @@ impl Can {
         }
     }
 
-    /// What is wrong with the bus changes.
+    /// Sets or clears a fault of the bus.
     pub fn set_fault(&mut self, fault: BusFault) {
         let was = core::mem::replace(&mut self.fault, fault);
         if fault != BusFault::Shorted && self.busy.is_none() && self.is_normal() {

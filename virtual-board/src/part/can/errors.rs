@@ -11,7 +11,7 @@ impl Can {
     }
 
     pub(super) fn error_raised(&mut self) {
-        // ERRIE, and LECIE, BOFIE, EPVIE, EWGIE for what has happened.
+        // ERRIE, and LECIE, BOFIE, EPVIE, EWGIE for the state that was reached.
         if self.transmit_errors > 255 && !self.off {
             self.off = true;
             self.transmit_errors = 0;

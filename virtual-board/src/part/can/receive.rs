@@ -1,4 +1,4 @@
-//! What becomes of a frame that comes: filters and the two FIFOs.
+//! Reception: filters and the two FIFOs.
 
 use super::{Can, Frame};
 

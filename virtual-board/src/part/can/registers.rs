@@ -144,7 +144,7 @@ impl Can {
                     }
                     if value >> shift & 0x80 != 0 && self.mailboxes[index].pending {
                         match self.busy {
-                            // What is on the bus ends first.
+                            // The frame on the bus ends first.
                             Some((Sender::Mailbox(sending), _)) if sending == index => {}
                             _ => self.complete(index, false),
                         }
@@ -218,7 +218,7 @@ impl Can {
     fn set_control(&mut self, value: u32) {
         let old = core::mem::replace(&mut self.control, value & 0x1_00FF);
         if value & INRQ != 0 {
-            // What is on the bus ends first, and a bus that is never idle never lets go.
+            // The frame on the bus ends first, and a bus that is never idle delays it without end.
             let is_held = self.busy.is_some() || self.fault == BusFault::Shorted;
             if !(self.is_normal() && is_held) {
                 self.acknowledge();

@@ -1,4 +1,4 @@
-//! The ART accelerator between the core and flash (RM0090, 3.5.2): what a fetch from flash costs.
+//! The ART accelerator between the core and flash (RM0090, 3.5.2): the cost of a fetch from flash.
 //!
 //! Flash is read by lines of 128 bits, and each read takes one cycle and the wait states. A line
 //! is at hand at once where it is the one in use, or in a cache; the next line in order is read
@@ -91,7 +91,7 @@ impl Cache {
 }
 
 /// A load from flash whose address is known from the code: where in its block the instruction is,
-/// and what it reads.
+/// and the address it reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Literal {
     /// Bytes from the block's start.
@@ -109,7 +109,7 @@ pub struct Run<'a> {
     pub size: u32,
     /// Its cycles without any wait for flash.
     pub cycles: u32,
-    /// What it loads from flash, in order.
+    /// Its loads from flash, in order.
     pub literals: &'a [Literal],
 }
 
@@ -230,7 +230,7 @@ impl Accelerator {
     pub fn fetch(&mut self, at: u64, run: &Run) -> u64 {
         let from = run.address.wrapping_sub(FLASH.start);
         let (first, last) = (from >> LINE, (from + run.size.max(1) - 1) >> LINE);
-        // What comes before an instruction is taken as its part of the bytes.
+        // The cycles before an instruction are taken in proportion to the bytes before it.
         let into = |offset: u32| u64::from(run.cycles * offset / run.size.max(1));
         let mut literals = run.literals.iter().peekable();
         let mut wait = 0;
