@@ -25,6 +25,7 @@ use crate::core::systick::SysTick;
 use crate::failure::Failure;
 use crate::memory::{FLASH, Memory};
 use crate::part::flash::accelerator::Literal;
+pub(crate) use access::Access;
 pub(crate) use blocks::RunningBlock;
 pub use counting::Counters;
 use counting::Watched;

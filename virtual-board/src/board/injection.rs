@@ -4,6 +4,7 @@ use lsm6dsox::sim::{Fault as SensorFault, Part as Sensor};
 
 use super::{Board, CONSOLE, LOAD};
 use crate::chip::NOMINAL_MV;
+use crate::core::cpu::Interrupts;
 use crate::core::nvic::exception;
 use crate::memory::RAM;
 use crate::part::can::BusFault;
@@ -73,12 +74,12 @@ impl Board {
     /// Injects a fault now, or clears those that can be cleared.
     pub fn inject(&mut self, injection: Injection) {
         match injection {
-            Injection::Derail => return self.cpu.derail(NOWHERE, false),
+            Injection::Derail => return self.cpu.derail(NOWHERE, Interrupts::Enabled),
             Injection::Hang => {
                 // At the far end of the stack, which a running program does not reach.
                 let memory = self.cpu.memory();
                 memory.write(RAM.start, &ENDLESS_LOOP.to_le_bytes());
-                return self.cpu.derail(RAM.start, true);
+                return self.cpu.derail(RAM.start, Interrupts::Masked);
             }
             Injection::Panic => return self.derail_to("rust_begin_unwind"),
             Injection::StackOverflow => {
@@ -151,7 +152,7 @@ impl Board {
         let functions = &self.image.functions;
         let function = functions.iter().find(|(.., known)| known.contains(name));
         if let Some(&(start, ..)) = function {
-            self.cpu.derail(start, false);
+            self.cpu.derail(start, Interrupts::Enabled);
         }
     }
 

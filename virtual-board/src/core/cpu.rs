@@ -56,6 +56,15 @@ pub enum State {
     },
 }
 
+/// Whether PRIMASK keeps interrupts from being taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interrupts {
+    /// They are taken.
+    Enabled = 0,
+    /// They are not.
+    Masked = 1,
+}
+
 /// The core with everything that it is connected to.
 pub struct Cpu {
     engine: Engine,
@@ -103,9 +112,9 @@ impl Cpu {
         &mut self.engine
     }
 
-    /// Derails the core: it goes on at `address`, with interrupts masked or not.
-    pub fn derail(&mut self, address: u32, masked: bool) {
-        self.set(RegisterARM::PRIMASK, u32::from(masked));
+    /// Derails the core: it continues at `address`.
+    pub fn derail(&mut self, address: u32, interrupts: Interrupts) {
+        self.set(RegisterARM::PRIMASK, interrupts as u32);
         self.set(RegisterARM::PC, address | 1);
         // Out of any IT block.
         self.set(RegisterARM::EPSR, 0x0100_0000);

@@ -6,6 +6,13 @@ use crate::chip::Context;
 use crate::core::nvic::exception;
 use crate::memory::Memory;
 
+/// The direction of an access to memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Access {
+    Load,
+    Store,
+}
+
 impl Machine {
     /// The time of an access in the middle of a block; the block's cost so far is charged later.
     fn during<T>(
@@ -125,15 +132,19 @@ impl Machine {
     }
 
     /// An access to an address without memory or peripheral windows.
-    pub(crate) fn no_memory(&mut self, pc: u32, address: u32, write: bool) {
+    pub(crate) fn no_memory(&mut self, pc: u32, address: u32, access: Access) {
         match address {
             0x4000_0000..0x6000_0000 => self.fail(pc, address, "a peripheral that is not modelled"),
             0..0x0010_0000 => self.fail(pc, address, "an access through a null pointer"),
             0x2200_0000..0x2400_0000 => {
                 self.fail(pc, address, "the bit-band alias of RAM is not modelled");
             }
-            _ if write => self.stop = Some(Stop::Store { address }),
-            _ => self.stop = Some(Stop::Load { address }),
+            _ => {
+                self.stop = Some(match access {
+                    Access::Load => Stop::Load { address },
+                    Access::Store => Stop::Store { address },
+                });
+            }
         }
     }
 

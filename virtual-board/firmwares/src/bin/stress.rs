@@ -20,7 +20,7 @@ const TICKS: u32 = 3_000;
 /// Steps of an orbit in each half of a handler.
 const STEPS: u32 = 5;
 
-/// What one context owns, told apart by its index: three interrupts, `SysTick`, two threads.
+/// What one context owns, distinguished by its index: three interrupts, `SysTick`, two threads.
 struct Orbits([UnsafeCell<Orbit>; 6]);
 
 // SAFETY: each cell is used by one context only, and read by `main` when all others have ended.
@@ -124,7 +124,7 @@ fn main() -> ! {
     // The frame that PendSV takes for a thread interrupted before its first instruction: R4 to
     // R11, its EXC_RETURN, a pad, then what the hardware pops.
     let frame = top - 4 * (10 + 8);
-    // SAFETY: inside the stack, which nobody uses yet.
+    // SAFETY: inside the stack, which is not used yet.
     unsafe {
         let words = frame as *mut u32;
         words.add(8).write(0xFFFF_FFFD);

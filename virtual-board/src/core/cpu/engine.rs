@@ -10,7 +10,7 @@ use unicorn_engine::{
 
 use super::Cpu;
 use super::exceptions::masked_below;
-use crate::machine::Stop;
+use crate::machine::{Access, Stop};
 use crate::memory::{CCM, FACTORY, FLASH, Memory, OPTIONS, RAM, Region, UNTOUCHED};
 
 pub(super) type Engine = Unicorn<'static, ()>;
@@ -209,13 +209,16 @@ impl Cpu {
                 last,
                 move |engine, kind, address, _, _| {
                     let pc = engine.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
-                    let write = kind == MemType::WRITE_UNMAPPED;
+                    let access = match kind {
+                        MemType::WRITE_UNMAPPED => Access::Store,
+                        _ => Access::Load,
+                    };
                     let fetch = kind == MemType::FETCH_UNMAPPED || kind == MemType::FETCH_PROT;
                     let mut machine = machine.borrow_mut();
                     if fetch {
                         machine.stop = Some(Stop::FetchFault);
                     } else {
-                        machine.no_memory(pc, address as u32, write);
+                        machine.no_memory(pc, address as u32, access);
                     }
                     let _ = engine.emu_stop();
                     false

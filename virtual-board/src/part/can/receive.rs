@@ -27,7 +27,7 @@ impl Can {
         if self.fifo[fifo].len() == 3 {
             self.overruns += 1;
             self.fifo_flags[fifo] |= 0x10;
-            // Unless the FIFO is locked, the last message gives way.
+            // Unless the FIFO is locked, the last message is replaced.
             if self.control & 8 == 0 {
                 self.fifo[fifo].pop_back();
                 self.fifo[fifo].push_back(entry);

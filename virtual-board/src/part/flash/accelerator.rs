@@ -4,7 +4,7 @@
 //! is at hand at once where it is the one in use, or in a cache; the next line in order is read
 //! ahead where prefetch is on. A line that had to be waited for enters the cache, one that was
 //! read ahead does not, as the manual words it: the cache holds the targets of branches. Both
-//! caches are taken as fully associative, and the least recently used line gives way (the manual
+//! caches are taken as fully associative, and the least recently used line is replaced (the manual
 //! names the policy and not the sets). A read that has begun ends before the next one begins.
 
 use crate::memory::FLASH;
