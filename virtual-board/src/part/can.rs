@@ -17,10 +17,31 @@ mod registers;
 use std::collections::VecDeque;
 
 use crate::time::{NEVER, cycle};
-pub use bus::BusFault;
-use bus::Sender;
 pub use frame::{Frame, TimedFrame};
 use registers::{INAK, Mailbox, SLAK};
+
+/// A fault of the bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BusFault {
+    /// Nothing.
+    #[default]
+    None,
+    /// There is no other node: nothing is acknowledged.
+    NoAcknowledge,
+    /// Its lines are shorted: every bit sent comes back wrong, and it is never idle.
+    Shorted,
+    /// Another node sends frames of the highest rank without a pause.
+    Saturated,
+}
+
+/// The sender of the frame on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sender {
+    Mailbox(usize),
+    Peer,
+    /// The node that saturates the bus.
+    Flood,
+}
 
 /// The controller and its bus.
 #[derive(Clone, Debug)]

@@ -1,31 +1,8 @@
 //! The bus: who sends when, how a frame ends, and faults of the lines.
 
 use super::registers::{ABOM, INAK, INRQ, LOOPBACK, NART, SILENT, SLAK, SLEEP};
-use super::{Can, Frame, TimedFrame};
+use super::{BusFault, Can, Frame, Sender, TimedFrame};
 use crate::time::NEVER;
-
-/// A fault of the bus.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum BusFault {
-    /// Nothing.
-    #[default]
-    None,
-    /// There is no other node: nothing is acknowledged.
-    NoAcknowledge,
-    /// Its lines are shorted: every bit sent comes back wrong, and it is never idle.
-    Shorted,
-    /// Another node sends frames of the highest rank without a pause.
-    Saturated,
-}
-
-/// The sender of the frame on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sender {
-    Mailbox(usize),
-    Peer,
-    /// The node that saturates the bus.
-    Flood,
-}
 
 impl Can {
     /// When something happens on the bus.

@@ -1,7 +1,6 @@
 //! The registers, the transmit mailboxes, and the interrupt lines (RM0090, 32.9).
 
-use super::bus::{BusFault, Sender};
-use super::{Can, Frame};
+use super::{BusFault, Can, Frame, Sender};
 use crate::part::unknown;
 use crate::time::NEVER;
 
