@@ -1,4 +1,4 @@
-//! The board's core proves itself: exceptions, masks, floats and faults as the architecture says.
+//! Validation of the board's core: exceptions, masks, floats and faults, by the architecture.
 
 mod common;
 
@@ -132,7 +132,7 @@ fn noted(cpu: &mut Cpu, address: u32) -> u32 {
 }
 
 #[test]
-fn a_fault_tells_its_exact_instruction_and_status() {
+fn a_fault_reports_its_exact_instruction_and_status() {
     let image = image("board-proofs", "faults");
     for (misuse, place, handler, cfsr) in [
         (Misuse::Undefined, "undefined_here", 3, 1 << 16),
@@ -150,7 +150,7 @@ fn a_fault_tells_its_exact_instruction_and_status() {
 }
 
 #[test]
-fn a_store_to_nowhere_is_told_late_and_without_an_address() {
+fn a_store_without_memory_is_reported_late_and_without_an_address() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::Store);
     assert_eq!(noted(&mut cpu, mailbox::CFSR), 1 << 10);
@@ -223,7 +223,7 @@ fn a_kernel_has_as_many_instructions_as_stock_qemu_executes() {
 }
 
 #[test]
-fn a_watchdog_forgotten_resets_the_chip_and_says_so() {
+fn a_watchdog_that_is_not_fed_resets_the_chip_and_sets_its_flag() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::Watchdog);
     assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);
@@ -239,7 +239,7 @@ fn a_watchdog_forgotten_resets_the_chip_and_says_so() {
 }
 
 #[test]
-fn a_reset_asked_for_says_so() {
+fn a_requested_reset_sets_its_flag() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::Reset);
     assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);

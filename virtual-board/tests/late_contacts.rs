@@ -1,4 +1,4 @@
-//! What a foot says of the contact is never old: not behind answers on the serial line, and not
+//! Contact frames are never old: not behind answers on the serial line, and not
 //! because of a load that is not sent any more.
 
 mod common;
@@ -17,8 +17,8 @@ use wire::{AbortCode, Address, Value};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// How long a fault of the sensor cannot be seen, µs, as in the fault matrix: one tick, and what is
-/// on its way.
+/// How long a fault of the sensor cannot be detected, µs, as in the fault matrix: one tick, and the
+/// frames on their way.
 const ONE_TICK_US: f64 = 1_700.0;
 
 /// The messages in what was sent, with the times at which their last bytes had left.
@@ -125,7 +125,7 @@ fn set(address: Address, value: Value) -> Message {
 }
 
 #[test]
-fn a_load_cannot_be_believed_for_ever() {
+fn a_load_that_is_not_sent_any_more_expires() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");

@@ -17,7 +17,7 @@ fn chosen() -> Vec<&'static Scenario> {
 }
 
 #[test]
-fn every_fault_is_told_and_recovered_from_and_no_frame_says_stable_without_data() {
+fn every_fault_is_reported_and_recovered_from_and_no_frame_says_stable_on_invalid_data() {
     let Some(elf) = product() else { return };
     let chosen = chosen();
     let rows = scenario::matrix(&elf, Corner::Typical, &chosen);

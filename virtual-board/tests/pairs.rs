@@ -1,6 +1,6 @@
-//! Every ordered pair of faults, at once and 12 ms apart: by default a few of them, with
-//! `FOOTFALL_PAIRS=1` in the environment all, and the README says what came of them; with another
-//! number N one in N, with names divided by commas these.
+//! Every ordered pair of faults, at once and 12 ms apart. By default a few of them run; with
+//! `FOOTFALL_PAIRS=1` in the environment all, and the README gets the result; with another number N
+//! one in N; with names divided by commas these.
 
 mod common;
 
@@ -56,7 +56,7 @@ fn two_faults_at_once_or_shortly_after_each_other_are_survived() {
     assert!(wrong.is_empty(), "{} pairs: {wrong:#?}", wrong.len());
     if chosen.len() == all.len() && is_built_here() {
         let text = format!(
-            "All {} ordered pairs of faults, at once and 12 ms apart: no frame said \"stable\" without data, and all was well afterwards.\n",
+            "All {} ordered pairs of faults, at once and 12 ms apart: no frame said \"stable\" on invalid data, and the board recovered.\n",
             all.len()
         );
         assert_block("virtual-board/README.md", "pairs", &text);

@@ -83,7 +83,7 @@ fn two_runs_give_identical_bytes_at_identical_times() {
 }
 
 #[test]
-fn it_comes_back_from_bus_off() {
+fn it_recovers_from_bus_off() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     run(&mut board, 1_500);
@@ -100,11 +100,14 @@ fn it_comes_back_from_bus_off() {
         "{} estimates",
         of(&frames, ESTIMATE).len()
     );
-    assert!(!of(&frames, EMERGENCY).is_empty(), "bus-off was not told");
+    assert!(
+        !of(&frames, EMERGENCY).is_empty(),
+        "bus-off was not reported"
+    );
 }
 
 #[test]
-fn it_goes_on_without_anybody_who_acknowledges_and_under_a_full_bus() {
+fn it_continues_without_an_acknowledge_and_under_a_full_bus() {
     let Some(elf) = product() else { return };
     for fault in [BusFault::NoAcknowledge, BusFault::Saturated] {
         let mut board = boot_product(&elf);

@@ -217,7 +217,7 @@ fn a_store_that_erases_cut_anywhere_leaves_the_old_settings_or_the_new() {
 }
 
 #[test]
-fn pages_full_of_anything_are_reported_until_settings_are_stored() {
+fn pages_of_arbitrary_bytes_are_reported_until_settings_are_stored() {
     let Some(elf) = product() else { return };
     for seed in 0..12_u32 {
         let mut state = seed.wrapping_mul(0x9E37_79B9) | 1;

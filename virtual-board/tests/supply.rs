@@ -71,7 +71,7 @@ fn the_brown_out_level_is_off_as_delivered_and_set_for_good_on_request() {
 }
 
 #[test]
-fn below_2_7_v_nothing_is_stored_and_the_answer_says_so() {
+fn below_2_7_v_nothing_is_stored_and_the_answer_reports_it() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     run(&mut board, 300);
@@ -84,9 +84,9 @@ fn below_2_7_v_nothing_is_stored_and_the_answer_says_so() {
     ] {
         let (answer, emergencies) = ask(&mut board, &request);
         assert_eq!((answer[0], &answer[4..]), (0x80, &HARDWARE[..]));
-        let told: Vec<_> = emergencies.iter().map(|e| (e.fault, e.detail)).collect();
+        let reported: Vec<_> = emergencies.iter().map(|e| (e.fault, e.detail)).collect();
         if request[1..3] == index::STORE.to_le_bytes() {
-            assert_eq!(told, [(Some(wire::Fault::ConfigStore), 1)]);
+            assert_eq!(reported, [(Some(wire::Fault::ConfigStore), 1)]);
         }
     }
     assert!(board.settings() == blank);

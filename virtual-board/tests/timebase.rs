@@ -1,4 +1,4 @@
-//! The timer that is master of the sampling goes on, however long the core was held up.
+//! The timer that is master of the sampling continues, however long the core was held up.
 
 mod common;
 
@@ -13,7 +13,7 @@ fn hold_up(board: &mut Board, duration: u64) {
 }
 
 #[test]
-fn whatever_holds_the_core_up_the_next_tick_comes_and_lost_ones_are_reported() {
+fn however_long_the_core_is_held_up_the_next_tick_comes_and_lost_ones_are_reported() {
     let Some(elf) = product() else { return };
     let late = wire::Fault::LateTick.code();
     let mut board = boot_product(&elf);
