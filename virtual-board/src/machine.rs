@@ -5,7 +5,7 @@
 //! | a block of instructions begins: charge the one before, look whether something is due | `blocks` |
 //! | fetch it from flash | `blocks` |
 //! | a load or store outside of memory | `access` |
-//! | events that are due: [`Machine::catch_up`], [`Machine::sleep`] | here |
+//! | events that are due: `catch_up`, `sleep` | here |
 //! | instructions and cycles so far | `counting` |
 
 mod access;

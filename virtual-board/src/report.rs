@@ -104,7 +104,7 @@ impl Curve {
     fn push(&mut self, index: u64, message: &ContactMessage) {
         if index.is_multiple_of(self.every) {
             let seconds = message.timestamp.as_micros() as f64 / 1.0e6;
-            self.points.push((seconds, part(message.stable)));
+            self.points.push((seconds, probability(message.stable)));
         }
         if self.points.len() >= POINTS {
             let mut index = 0_usize;
@@ -118,7 +118,7 @@ impl Curve {
 }
 
 /// A probability from its code.
-fn part(code: P16) -> f64 {
+fn probability(code: P16) -> f64 {
     f64::from(code.0) / 65535.0
 }
 
@@ -157,9 +157,9 @@ impl Log {
             self.samples,
             "{:.6},{:.6},{:.6},{:.6},{}",
             message.timestamp.as_micros() as f64 / 1.0e6,
-            part(message.stable),
-            part(message.tangential),
-            part(message.vertical),
+            probability(message.stable),
+            probability(message.tangential),
+            probability(message.vertical),
             message.flags,
         )
     }

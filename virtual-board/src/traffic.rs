@@ -47,7 +47,7 @@ impl Traffic {
             board.push_can(Frame::new(0x080, &[]));
         }
         if ms > BEFORE_MS && ms.is_multiple_of(QUESTIONS_MS) {
-            Step::Ask(Address::new(index::COUNTERS, 1)).act(board);
+            Step::Request(Address::new(index::COUNTERS, 1)).act(board);
             board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
         }
     }

@@ -95,7 +95,7 @@ fn at_a_slow_rate_every_contact_is_fresh_and_requests_are_still_answered() {
     board.run_for(500 * MILLISECOND).expect("it runs");
     board.take_uart();
     for _ in 0..5 {
-        Step::Ask(Address::new(index::IDENTITY, 1)).act(&mut board);
+        Step::Request(Address::new(index::IDENTITY, 1)).act(&mut board);
         board.run_for(100 * MILLISECOND).expect("it runs");
     }
     let sent = messages(&board.take_uart());

@@ -17,7 +17,7 @@ impl Chip {
     /// The levels of all interrupt lines.
     pub(crate) fn drive_lines(&self, nvic: &mut Nvic) {
         for (timer, line) in self.timers.iter().zip(TIMER_INTERRUPTS) {
-            nvic.set_line(line, timer.asks());
+            nvic.set_line(line, timer.interrupts());
         }
         for (spi, line) in self.spis.iter().zip(SPI_INTERRUPTS) {
             nvic.set_line(line, spi.interrupts());
@@ -30,12 +30,12 @@ impl Chip {
         }
         for (dma, lines) in self.dmas.iter().zip(DMA_INTERRUPTS) {
             for (stream, line) in lines.into_iter().enumerate() {
-                nvic.set_line(line, dma.asks(stream));
+                nvic.set_line(line, dma.interrupts(stream));
             }
         }
-        let asking = self.exti.asking();
+        let requesting = self.exti.requesting();
         for (line, mask) in LINES {
-            nvic.set_line(line, asking & mask != 0);
+            nvic.set_line(line, requesting & mask != 0);
         }
         nvic.set_line(18, self.adc.interrupts());
         nvic.set_line(4, self.flash.interrupts());

@@ -18,7 +18,7 @@ const TRIGGERS: [[Option<usize>; 4]; 4] = [
 /// The bytes on the sensor's bus while its chip select was low.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Transaction {
-    /// When the chip select fell, in units of [`time`].
+    /// When the chip select fell, in units of [`time`](crate::time).
     pub start: u64,
     /// When the last byte was through.
     pub end: u64,

@@ -92,7 +92,7 @@ impl Adc {
         self.status |= EOC;
     }
 
-    /// Whether it asks for its interrupt.
+    /// Whether it requests its interrupt.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.status & EOC != 0 && self.control[0] & EOCIE != 0

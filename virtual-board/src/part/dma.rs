@@ -105,7 +105,7 @@ impl Stream {
         self.control &= !EN;
     }
 
-    const fn asks(&self) -> bool {
+    const fn interrupts(&self) -> bool {
         // TCIE, HTIE, TEIE, DMEIE are bits 4, 3, 2, 1; their flags 5, 4, 3, 2.
         self.flags & (self.control & 0x1E) << 1 != 0
     }
@@ -130,10 +130,10 @@ impl Dma {
         }
     }
 
-    /// Whether a stream asks for its interrupt.
+    /// Whether a stream requests its interrupt.
     #[must_use]
-    pub const fn asks(&self, stream: usize) -> bool {
-        self.streams[stream].asks()
+    pub const fn interrupts(&self, stream: usize) -> bool {
+        self.streams[stream].interrupts()
     }
 
     /// Reads a register.

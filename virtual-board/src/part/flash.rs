@@ -160,7 +160,7 @@ impl Flash {
         self.changed.take()
     }
 
-    /// Whether it asks for its interrupt.
+    /// Whether it requests its interrupt.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.control & EOPIE != 0 && self.status & EOP != 0

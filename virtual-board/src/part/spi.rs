@@ -128,7 +128,7 @@ impl Spi {
         self.control[1] & 1 != 0 && self.status & RXNE != 0
     }
 
-    /// Whether it asks for its interrupt.
+    /// Whether it requests its interrupt.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.control[1] & 1 << 7 != 0 && self.status & TXE != 0

@@ -249,10 +249,10 @@ impl Usart {
         self.control[2] & 1 << 6 != 0 && self.status & RXNE != 0
     }
 
-    /// Whether it asks for its interrupt.
+    /// Whether it requests its interrupt.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
-        // TXEIE, TCIE, RXNEIE and IDLEIE lie where their flags do; an overrun asks with RXNEIE.
+        // TXEIE, TCIE, RXNEIE and IDLEIE lie where their flags do; an overrun interrupts with RXNEIE.
         self.status & self.control[0] & 0xF0 != 0
             || self.status & ORE != 0 && self.control[0] & RXNE != 0
             || self.status & (FE | ORE | 4) != 0 && self.control[2] & 1 != 0

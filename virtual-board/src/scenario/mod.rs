@@ -72,7 +72,7 @@ pub enum Step {
     /// Nothing, for this long, µs.
     Wait(u32),
     /// A setting is requested over the serial line.
-    Ask(Address),
+    Request(Address),
     /// This many meaningless bytes come over the serial line.
     Garbage(u32),
     /// This many requests come over CAN, and as many over the serial line, at the full rate.
@@ -238,7 +238,7 @@ impl Step {
             Self::Nmt(command) => send(board, &Message::Nmt(NmtRequest(command))),
             // The runner does these: they let time pass, or depend on the pages.
             Self::Wait(_) | Self::CutInErase(_) => {}
-            Self::Ask(address) => send(board, &Message::ConfigGet(ConfigGet { address })),
+            Self::Request(address) => send(board, &Message::ConfigGet(ConfigGet { address })),
             Self::Garbage(count) => {
                 let bytes: Vec<u8> = (0..count)
                     .map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8)
@@ -352,7 +352,7 @@ impl Scenario {
         }
         let mut outcome = Outcome::of(self, &watch, &board, at, end);
         if let Some((address, values)) = self.kept {
-            Step::Ask(address).act(&mut board);
+            Step::Request(address).act(&mut board);
             let until = board.now() + 20 * MILLISECOND;
             watch.run_until(&mut board, until)?;
             outcome.take_setting(watch.answered(address), values);

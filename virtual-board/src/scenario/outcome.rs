@@ -133,22 +133,8 @@ impl Outcome {
         }
         outcome.take_reports(scenario, watch, at, end);
         outcome.take_counters(watch, at, &resets);
-        let mut silence_ended = [at; 2];
-        for line in Line::BOTH {
-            let (longest, ended) = (
-                &mut outcome.silent_us[line as usize],
-                &mut silence_ended[line as usize],
-            );
-            let mut last = at;
-            let times = contacts().filter(|contact| contact.line == line);
-            for time in times.map(|contact| contact.time).chain([now]) {
-                let silent = to_us(time - last);
-                if silent > *longest {
-                    (*longest, *ended) = (silent, time);
-                }
-                last = time;
-            }
-        }
+        let silences = Line::BOTH.map(|line| longest_silence(contacts(), line, at, now));
+        outcome.silent_us = silences.map(|(silent_us, _)| silent_us);
         let lines: &[Line] = match scenario.with_can {
             true => &Line::BOTH,
             false => &[Line::Uart],
@@ -163,14 +149,19 @@ impl Outcome {
         });
         let silence = lines
             .iter()
-            .filter(|&&line| outcome.silent_us[line as usize] > DISTURBED_US)
-            .map(|&line| silence_ended[line as usize])
+            .map(|&line| silences[line as usize])
+            .filter(|&(silent_us, _)| silent_us > DISTURBED_US)
+            .map(|(_, ended)| ended)
             .max();
-        let doubt = contacts()
+        let first_invalid = contacts()
             .find(|contact| !contact.valid)
             .map(|contact| contact.time);
-        let disturbed = doubt.or(last_reset).or(silence).is_some();
-        let from = end.or(last_reset).or(doubt).or(silence).unwrap_or(at);
+        let disturbed = first_invalid.or(last_reset).or(silence).is_some();
+        let from = end
+            .or(last_reset)
+            .or(first_invalid)
+            .or(silence)
+            .unwrap_or(at);
         if disturbed {
             let first = |line: Line| {
                 let good = |contact: &&ContactFrame| {
@@ -367,7 +358,26 @@ impl Invalidity {
     }
 }
 
-/// The least age of a frame on each line before it happened.
+/// The longest time without a contact frame on a line: how long, µs, and when it ended.
+fn longest_silence<'a>(
+    contacts: impl Iterator<Item = &'a ContactFrame>,
+    line: Line,
+    at: u64,
+    now: u64,
+) -> (f64, u64) {
+    let (mut longest, mut last) = ((0.0, at), at);
+    let times = contacts.filter(|contact| contact.line == line);
+    for time in times.map(|contact| contact.time).chain([now]) {
+        let silent_us = to_us(time - last);
+        if silent_us > longest.0 {
+            longest = (silent_us, time);
+        }
+        last = time;
+    }
+    longest
+}
+
+/// The least age of a frame on each line before the injection.
 fn usual_ages(contacts: &[ContactFrame], at: u64) -> [f64; 2] {
     let mut usual = [f64::INFINITY; 2];
     for contact in contacts.iter().filter(|contact| contact.time < at) {

@@ -7,7 +7,7 @@ pub struct Frame {
     pub id: u32,
     /// Whether the identifier has 29 bits.
     pub extended: bool,
-    /// Whether it asks for data instead of bringing it.
+    /// Whether it requests data instead of carrying it.
     pub remote: bool,
     /// Up to eight bytes.
     pub data: Vec<u8>,

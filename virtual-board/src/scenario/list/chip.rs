@@ -11,6 +11,7 @@ use crate::corner::Corner;
 use crate::part::rcc::ResetCause;
 use crate::scenario::{Invalid, Reports, Scenario, Step};
 
+/// Without the crystal from power-up on.
 const NO_CRYSTAL: Scenario = Scenario {
     at_power_up: true,
     with_can: false,
@@ -19,6 +20,7 @@ const NO_CRYSTAL: Scenario = Scenario {
     ..PLAIN
 };
 
+/// Ended by the watchdog.
 const HANG: Scenario = Scenario {
     steps: |_| vec![Step::Inject(Injection::Hang)],
     invalid: Invalid::UntilNextSample,
@@ -34,11 +36,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "no-crystal",
         what: "crystal missing at power-up",
         board: |options, _| options.chip.crystal = None,
-        at_power_up: true,
-        with_can: false,
-        reports: Reports::Fault(Fault::CrystalMissing),
-        note: "remains reported; CAN stays off",
-        ..PLAIN
+        ..NO_CRYSTAL
     },
     Scenario {
         name: "crystal-lost",
@@ -77,22 +75,13 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "hang",
         what: "endless loop, interrupts masked",
-        steps: |_| vec![Step::Inject(Injection::Hang)],
-        invalid: Invalid::UntilNextSample,
-        blind_us: ONE_TICK_US,
-        reports: Reports::Fault(Fault::WatchdogReset),
-        resets: &[ResetCause::Watchdog],
-        ..PLAIN
+        ..HANG
     },
     Scenario {
         name: "sampling-stuck",
         what: "sampling task stuck: its timer's interrupt is lost",
         steps: |_| vec![Step::Inject(Injection::InterruptLost(TIMER))],
-        invalid: Invalid::UntilNextSample,
-        blind_us: ONE_TICK_US,
-        reports: Reports::Fault(Fault::WatchdogReset),
-        resets: &[ResetCause::Watchdog],
-        ..PLAIN
+        ..HANG
     },
     Scenario {
         name: "uart-stuck",

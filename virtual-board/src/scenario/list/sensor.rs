@@ -44,9 +44,9 @@ const fn sensor(fault: SensorFault) -> Step {
     Step::Inject(Injection::Sensor(fault))
 }
 
-fn stuck(half: Sensor, axis: u64, code: i16) -> Step {
+fn stuck(part: Sensor, axis: u64, code: i16) -> Step {
     sensor(SensorFault::AxisStuck {
-        sensor: half,
+        sensor: part,
         axis: Axis::ALL[axis as usize % 3],
         code,
     })
@@ -67,14 +67,14 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "miso-low",
         what: "SPI data line stuck low",
-        steps: |_| vec![Step::Inject(Injection::Sensor(SensorFault::MisoStuckLow))],
+        steps: |_| vec![sensor(SensorFault::MisoStuckLow)],
         reports: Reports::Fault(Fault::SensorWrongId),
         ..SENSOR
     },
     Scenario {
         name: "miso-high",
         what: "SPI data line stuck high",
-        steps: |_| vec![Step::Inject(Injection::Sensor(SensorFault::MisoStuckHigh))],
+        steps: |_| vec![sensor(SensorFault::MisoStuckHigh)],
         reports: Reports::Fault(Fault::SensorWrongId),
         ..SENSOR
     },
@@ -82,9 +82,9 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "bit-flips",
         what: "SPI: one bit in ten wrong",
         steps: |_| {
-            vec![Step::Inject(Injection::Sensor(SensorFault::BitFlips {
+            vec![sensor(SensorFault::BitFlips {
                 per_million: 100_000,
-            }))]
+            })]
         },
         blind_us: FOUND_US,
         reports: Reports::Fault(Fault::SensorConfigMismatch),
@@ -107,7 +107,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "sensor-reset",
         what: "sensor resets itself",
-        steps: |_| vec![Step::Inject(Injection::Sensor(SensorFault::Reset))],
+        steps: |_| vec![sensor(SensorFault::Reset)],
         lasts_ms: None,
         invalid: Invalid::UntilNextSample,
         reports: Reports::Fault(Fault::SensorReset),
@@ -116,7 +116,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "wrong-id",
         what: "wrong identity from power-up on",
-        steps: |_| vec![Step::Inject(Injection::Sensor(SensorFault::WrongId(0x6B)))],
+        steps: |_| vec![sensor(SensorFault::WrongId(0x6B))],
         at_power_up: true,
         phases: 1,
         reports: Reports::Fault(Fault::SensorWrongId),
@@ -135,25 +135,21 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "data-ready-lost",
         what: "data-ready line dead",
-        steps: |_| vec![Step::Inject(Injection::Sensor(SensorFault::DataReadyLost))],
+        steps: |_| vec![sensor(SensorFault::DataReadyLost)],
         reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
     Scenario {
         name: "data-ready-storm",
         what: "data-ready storm, 100 kHz",
-        steps: |_| {
-            vec![Step::Inject(Injection::Sensor(
-                SensorFault::DataReadyStorm { period_ns: 10_000 },
-            ))]
-        },
+        steps: |_| vec![sensor(SensorFault::DataReadyStorm { period_ns: 10_000 })],
         reports: Reports::Fault(Fault::SensorTiming),
         ..SENSOR
     },
     Scenario {
         name: "frozen",
         what: "outputs repeat, flagged as new",
-        steps: |_| vec![Step::Inject(Injection::Sensor(SensorFault::FrozenOutput))],
+        steps: |_| vec![sensor(SensorFault::FrozenOutput)],
         blind_us: FOUND_US,
         reports: Reports::Fault(Fault::SensorFrozen),
         ..SENSOR
@@ -161,7 +157,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "saturated",
         what: "every axis at the end of its range",
-        steps: |_| vec![Step::Inject(Injection::Sensor(SensorFault::Saturation))],
+        steps: |_| vec![sensor(SensorFault::Saturation)],
         blind_us: ONE_TICK_US,
         reports: Reports::Fault(Fault::SensorSaturated),
         ..SENSOR
@@ -169,11 +165,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "clock-fast",
         what: "sensor's clock 5 % fast",
-        steps: |_| {
-            vec![Step::Inject(Injection::Sensor(SensorFault::ClockRatio(
-                1.05,
-            )))]
-        },
+        steps: |_| vec![sensor(SensorFault::ClockRatio(1.05))],
         invalid: Invalid::Never,
         note: "within the timing tolerance",
         keeps_time: true,
@@ -182,11 +174,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "clock-slow",
         what: "sensor's clock 5 % slow",
-        steps: |_| {
-            vec![Step::Inject(Injection::Sensor(SensorFault::ClockRatio(
-                0.95,
-            )))]
-        },
+        steps: |_| vec![sensor(SensorFault::ClockRatio(0.95))],
         invalid: Invalid::Never,
         note: "within the timing tolerance",
         keeps_time: true,
