@@ -124,7 +124,7 @@ impl Board {
                 machine.chip.usarts[CONSOLE].set_fault(fault, now, pclk);
             }
             Injection::InterruptLost(interrupt) => {
-                machine.nvic.disable(exception::INTERRUPT + interrupt)
+                machine.nvic.disable(exception::INTERRUPT + interrupt);
             }
             Injection::Derail
             | Injection::Hang
