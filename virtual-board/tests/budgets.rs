@@ -163,7 +163,7 @@ fn with_all_streams_on_the_product_keeps_its_budgets_and_the_readme_has_them() {
 }
 
 #[test]
-fn under_full_load_no_tick_is_long_and_no_estimate_late_and_the_readme_says_how_much() {
+fn under_full_load_no_tick_is_long_and_no_estimate_late_and_the_readme_has_the_numbers() {
     let Some(elf) = product() else { return };
     let report = under_full_load(&elf);
     let table = table("under full load", &WORST, &report);
