@@ -22,150 +22,25 @@
 //! IMU orientation estimation with bias estimation and magnetic disturbance rejection*, 2023).
 
 mod inclination;
+mod params;
 mod quietness;
 mod strapdown;
 
-use crate::order::Order;
-use crate::params::{DEGREE, ParamsError, STANDARD_GRAVITY, in_range};
-use crate::rest::{BiasEstimator, RestCoefficients, RestParams};
+use crate::rest::BiasEstimator;
 use crate::sample::{AngularRate, ImuSample, Saturation, Timestamp, Validity};
+use crate::step::{Continuity, Step};
+use crate::units::STANDARD_GRAVITY;
 use crate::vector::{Quaternion, Vec3};
-use inclination::{Inclination, InclinationCoefficients};
-use quietness::{Quietness, QuietnessCoefficients};
+use inclination::Inclination;
+use quietness::Quietness;
 use strapdown::{Strapdown, Turn};
 
-/// Longest time between samples, s, across which the gyroscope can be integrated for a foot that
-/// swings; at low rates it is three sample periods. Beyond it is a gap, in which up is lost.
-///
-/// Where 5 % of the samples are lost in bursts, this is what the change of rate between the two
-/// samples on either side leaves in the stances of simulated feet (RMS of the tilt):
-///
-/// | burst | walk | trot | run |
-/// |---|---|---|---|
-/// | none | 0.04° | 0.09° | 0.4° |
-/// | 10 ms | 0.07° | 0.2° | 0.5° |
-/// | 20 ms | 0.2° | 0.7° | 1.1° |
-/// | 30 ms | 0.3° | 1.4° | 2.5° |
-/// | 40 ms | 1.0° | 3.7° | 4.1° |
-const LONGEST_STEP: f32 = 0.03;
-
-/// Longest gap, s, in which the two samples on either side are still the best guess of how far the
-/// foot turned: less than a swing takes.
-const LONGEST_GUESS: f32 = 0.1;
+pub(crate) use params::AttitudeCoefficients;
+pub use params::{AttitudeParams, GyroTiming};
 
 /// Least length of the first sample's specific force, as a part of g: less is free fall and has
 /// no direction.
 const LEAST_FIRST_FORCE: f32 = 0.05 * STANDARD_GRAVITY;
-
-/// When, within the time between two samples, the gyroscope measured what a sample says.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GyroTiming {
-    /// A sample is the mean over the sample period that ends with it, as from a sensor whose
-    /// low-pass filter fits the rate: half a period of delay.
-    PeriodMean,
-    /// A sample is the rate this many seconds before its timestamp; 0 to 0.05. 0 for an ideal
-    /// simulated gyroscope.
-    Delay(f32),
-}
-
-/// What can be set in the attitude filter. Times are in seconds; the result does not depend on
-/// the sample rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AttitudeParams {
-    /// When the gyroscope measured what a sample says.
-    pub gyro_timing: GyroTiming,
-    /// Time constant of the inclination correction while the foot moves, s; 0.1 to 100.
-    pub motion_time_constant: f32,
-    /// How many times faster the correction is where the foot is perfectly quiet; 1 to 10 000.
-    pub quiet_gain: f32,
-    /// Deviation of the acceleration from its short mean that still counts as quiet, m/s²;
-    /// 0.001 to 10. A few times the sensor's noise.
-    pub quiet_acceleration: f32,
-    /// Angular rate that still counts as quiet, rad/s; 0.0001 to 1.
-    pub quiet_rate: f32,
-    /// Rest detection and bias estimation.
-    pub rest: RestParams,
-}
-
-impl Default for AttitudeParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
-impl AttitudeParams {
-    /// The same for every sensor, robot and rate. Chosen on the six BROAD trials, the GO1
-    /// recordings and a simulated foot together.
-    ///
-    /// | field | value | reason |
-    /// |---|---|---|
-    /// | `gyro_timing` | period mean | what a low-pass at a third of the rate makes of a gyroscope |
-    /// | `motion_time_constant` | 5 s | 4 to 6 s give the same; VQF uses 3 s with √2/3 where this has 2/5 rad/s |
-    /// | `quiet_gain` | 200 | tilt settles within a short stance; 30 is too slow for a foot on a mattress, 600 costs accuracy in the hand |
-    /// | `quiet_acceleration` | 0.025 g | a dozen times the sensor's noise of 2 mg; more lets flat sliding pass for rest |
-    /// | `quiet_rate` | 3 °/s | above what a loaded leg trembles, far below a swing |
-    pub const DEFAULT: Self = Self {
-        gyro_timing: GyroTiming::PeriodMean,
-        motion_time_constant: 5.0,
-        quiet_gain: 200.0,
-        quiet_acceleration: 0.025 * STANDARD_GRAVITY,
-        quiet_rate: 3.0 * DEGREE,
-        rest: RestParams::DEFAULT,
-    };
-
-    pub(crate) fn validate(&self, sample_rate: f32) -> Result<AttitudeCoefficients, ParamsError> {
-        in_range(
-            "attitude.motion_time_constant",
-            self.motion_time_constant,
-            0.1,
-            100.0,
-        )?;
-        in_range("attitude.quiet_gain", self.quiet_gain, 1.0, 1.0e4)?;
-        in_range(
-            "attitude.quiet_acceleration",
-            self.quiet_acceleration,
-            1.0e-3,
-            10.0,
-        )?;
-        in_range("attitude.quiet_rate", self.quiet_rate, 1.0e-4, 1.0)?;
-        let gyro_delay = match self.gyro_timing {
-            GyroTiming::PeriodMean => 0.5 / sample_rate,
-            GyroTiming::Delay(delay) => {
-                in_range("attitude.gyro_timing", delay, 0.0, 0.05)?;
-                delay
-            }
-        };
-        Ok(AttitudeCoefficients {
-            period: 1.0 / sample_rate,
-            longest_step: LONGEST_STEP.greater(3.5 / sample_rate),
-            longest_guess: LONGEST_GUESS.greater(3.5 / sample_rate),
-            gyro_delay,
-            inclination: InclinationCoefficients::new(self.motion_time_constant),
-            quietness: QuietnessCoefficients::new(
-                self.quiet_gain,
-                self.quiet_acceleration,
-                self.quiet_rate,
-            ),
-            rest: self.rest.validate()?,
-        })
-    }
-}
-
-/// Validated [`AttitudeParams`] in the form the filter computes with.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct AttitudeCoefficients {
-    /// s.
-    period: f32,
-    /// s.
-    longest_step: f32,
-    /// s.
-    longest_guess: f32,
-    /// s.
-    gyro_delay: f32,
-    inclination: InclinationCoefficients,
-    quietness: QuietnessCoefficients,
-    rest: RestCoefficients,
-}
 
 /// Whether up is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -193,9 +68,7 @@ pub struct AttitudeFilter {
 
 impl AttitudeFilter {
     /// A filter that has seen nothing yet.
-    #[must_use]
-    pub fn new<const CAPACITY: usize>(config: &crate::Config<CAPACITY>) -> Self {
-        let coefficients = config.attitude;
+    pub(crate) fn with_coefficients(coefficients: AttitudeCoefficients) -> Self {
         Self {
             coefficients,
             previous: None,
@@ -298,7 +171,7 @@ impl AttitudeFilter {
         }
     }
 
-    /// Takes the first direction of up from one sample's force; tells whether there was one.
+    /// Takes the first direction of up from one sample's force; whether there was one.
     fn start(&mut self, force: Vec3, rate: Vec3, saturation: Option<Saturation>) -> bool {
         let usable = !saturation.is_some_and(Saturation::includes_accelerometer)
             && force.length() >= LEAST_FIRST_FORCE;
@@ -341,30 +214,12 @@ impl AttitudeFilter {
     }
 }
 
-/// The time from one sample to the next.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Step {
-    /// Seconds; after an interruption, one period.
-    pub(crate) seconds: f32,
-    pub(crate) continuity: Continuity,
-}
-
-/// How closely one sample followed the other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Continuity {
-    /// Closely enough to integrate between them.
-    Continuous,
-    /// So that the integral is no more than a guess.
-    Gap,
-    /// After a time in which anything may have happened.
-    Interrupted,
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::params::Params;
     use crate::sample::SpecificForce;
+    use crate::units::DEGREE;
 
     const LEVEL: Vec3 = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
 

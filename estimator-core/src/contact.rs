@@ -1,12 +1,14 @@
 //! The pipeline: one sample in, one [`ContactEstimate`] out.
 
 use crate::attitude::{Alignment, AttitudeFilter};
+use crate::config::Config;
 use crate::flag::{Flag, Flags};
-use crate::params::{Config, Gravity, Method, STANDARD_GRAVITY};
+use crate::params::{Gravity, Method};
 use crate::phase::{Decision, Load, Phase, PhaseTracker};
 use crate::probability::{Density, Probabilities};
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
 use crate::stillness::{Learnt, Stillness};
+use crate::units::STANDARD_GRAVITY;
 use crate::vector::{Quaternion, Vec3};
 use crate::window::{AnyRing, Filling, Ring};
 

@@ -4,6 +4,7 @@
 //!
 //! | step | module |
 //! |---|---|
+//! | what can be set, what it may be, and what it comes to | [`params`], [`parameter`], [`config`] |
 //! | six numbers in SI units, with their time and quality | [`sample`] |
 //! | orientation, so that gravity can be taken out, and gyro bias | [`attitude`], [`rest`] |
 //! | probability of stillness, with limits that the foot finds itself | [`stillness`], with [`erf`](mod@erf) and [`logarithm`] |
@@ -52,6 +53,7 @@ extern crate std;
 
 pub mod attitude;
 pub mod axis;
+pub mod config;
 pub mod contact;
 pub mod correction;
 pub mod erf;
@@ -59,29 +61,35 @@ pub mod flag;
 pub mod kernel;
 pub mod logarithm;
 mod order;
+pub mod parameter;
 pub mod params;
 pub mod phase;
 pub mod probability;
+pub mod range;
 pub mod rest;
 pub mod root;
 pub mod sample;
+mod step;
 pub mod stillness;
+pub mod units;
 pub mod vector;
 pub mod window;
 
 pub use attitude::{AttitudeFilter, AttitudeParams, GyroTiming};
 pub use axis::{Axis, PerAxis};
+pub use config::Config;
 pub use contact::{ContactEstimate, ContactEstimator};
 pub use correction::AccelerometerCorrection;
 pub use flag::{Flag, Flags};
-pub use params::{
-    Config, DecisionParams, Gravity, LoadParams, Method, Params, ParamsError, WindowLength,
-};
+pub use parameter::Parameter;
+pub use params::{DecisionParams, Gravity, LoadParams, Method, Params, WindowLength};
 pub use phase::{Decision, Load, Phase};
 pub use probability::{DensityEstimator, Probabilities};
+pub use range::{ParamsError, Row};
 pub use rest::RestParams;
 pub use sample::{
     AngularRate, ImuSample, LinearAcceleration, Saturation, SpecificForce, Timestamp, Validity,
 };
 pub use stillness::{Constants, Learning, Learnt, StillnessParams};
+pub use units::Unit;
 pub use vector::{Quaternion, Vec3};

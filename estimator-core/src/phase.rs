@@ -132,7 +132,7 @@ impl PhaseTracker {
 
     fn decide(&mut self, now: Timestamp, stable_probability: f32, flags: Flags) {
         if flags.are_doubt() {
-            // Doubt ends a stable decision at once, and the on-delay starts anew after it.
+            // Doubt ends a stable decision at once, and the on-delay starts again after it.
             self.decision = Decision::NotStable;
             self.contradicted_since = None;
             if MOTION_UNKNOWN.into_iter().any(|flag| flags.contains(flag)) {

@@ -4,9 +4,9 @@
 //! itself, it is [`stillness`](crate::stillness) that estimates.
 
 use crate::axis::PerAxis;
+use crate::config::Config;
 use crate::kernel::{Kernel, Mass};
 use crate::order::Order;
-use crate::params::Config;
 use crate::sample::{AngularRate, LinearAcceleration};
 use crate::window::{AnyRing, Filling, Ring, Window};
 

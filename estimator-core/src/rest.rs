@@ -24,9 +24,9 @@
 //! waiting to be believed or greater than that: the gyroscope is beyond its data sheet, or the
 //! ground turns.
 
-use crate::attitude::{Continuity, Step};
 use crate::order::Order;
-use crate::params::{DEGREE, ParamsError, in_range};
+use crate::step::{Continuity, Step};
+use crate::units::DEGREE;
 use crate::vector::Vec3;
 
 /// Time constant of the means that deviations are taken from, s.
@@ -94,17 +94,16 @@ enum Beginning {
 /// What can be set in rest detection and bias estimation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParams {
-    /// How long the sensor must be still before it counts as rest, s; 0.1 to 100. From the first sample
-    /// on, half a second is enough.
+    /// How long the sensor must be still before it counts as rest, s. From the first sample on, half a second is enough.
     pub duration: f32,
-    /// Largest deviation of the acceleration from its mean at rest, m/s²; 0.001 to 10.
+    /// Largest deviation of the acceleration from its mean at rest, m/s².
     pub acceleration: f32,
-    /// Largest deviation of the angular rate from its mean at rest, rad/s; 0.0001 to 1.
+    /// Largest deviation of the angular rate from its mean at rest, rad/s.
     pub rate: f32,
-    /// Largest bias per axis that is believed at the first rest, rad/s; 0 (bias is not estimated)
-    /// to 1. Up to four times as much is believed after four minutes of rest.
+    /// Largest bias per axis that is believed at the first rest, rad/s; with 0 the bias is not
+    /// estimated. Up to four times as much is believed after four minutes of rest.
     pub bias_limit: f32,
-    /// Time constant of the bias estimate at rest, s; 0.1 to 1000.
+    /// Time constant of the bias estimate at rest, s.
     pub bias_time_constant: f32,
 }
 
@@ -129,33 +128,6 @@ impl RestParams {
         bias_limit: 6.0 * DEGREE,
         bias_time_constant: 4.0,
     };
-
-    pub(crate) fn validate(&self) -> Result<RestCoefficients, ParamsError> {
-        in_range("attitude.rest.duration", self.duration, 0.1, 100.0)?;
-        in_range(
-            "attitude.rest.acceleration",
-            self.acceleration,
-            1.0e-3,
-            10.0,
-        )?;
-        in_range("attitude.rest.rate", self.rate, 1.0e-4, 1.0)?;
-        in_range("attitude.rest.bias_limit", self.bias_limit, 0.0, 1.0)?;
-        in_range(
-            "attitude.rest.bias_time_constant",
-            self.bias_time_constant,
-            0.1,
-            1.0e3,
-        )?;
-        Ok(RestCoefficients {
-            duration: self.duration,
-            stillness: Stillness {
-                acceleration_squared: self.acceleration * self.acceleration,
-                rate_squared: self.rate * self.rate,
-            },
-            bias_limit: self.bias_limit,
-            bias_time_constant: self.bias_time_constant,
-        })
-    }
 }
 
 /// Limits of stillness.
@@ -174,6 +146,21 @@ pub(crate) struct RestCoefficients {
     stillness: Stillness,
     bias_limit: f32,
     bias_time_constant: f32,
+}
+
+impl RestCoefficients {
+    /// Of parameters that have been checked.
+    pub const fn new(params: &RestParams) -> Self {
+        Self {
+            duration: params.duration,
+            stillness: Stillness {
+                acceleration_squared: params.acceleration * params.acceleration,
+                rate_squared: params.rate * params.rate,
+            },
+            bias_limit: params.bias_limit,
+            bias_time_constant: params.bias_time_constant,
+        }
+    }
 }
 
 /// Detects rest and learns the gyroscope's bias there, and only there.
@@ -341,7 +328,7 @@ mod tests {
     const UP: Vec3 = Vec3::new(0.0, 0.0, 9.81);
 
     fn estimator() -> BiasEstimator {
-        BiasEstimator::new(RestParams::DEFAULT.validate().expect("the preset"))
+        BiasEstimator::new(RestCoefficients::new(&RestParams::DEFAULT))
     }
 
     /// Feeds a constant rate about x, in °/s, for some seconds and returns the bias in °/s.
@@ -459,7 +446,7 @@ mod tests {
             bias_limit: 0.0,
             ..RestParams::DEFAULT
         };
-        let mut estimator = BiasEstimator::new(params.validate().expect("valid"));
+        let mut estimator = BiasEstimator::new(RestCoefficients::new(&params));
         assert_near(feed(&mut estimator, 0.5, 600.0), 0.0, 0.0);
         assert_eq!(estimator.excess(), None);
     }
@@ -484,7 +471,7 @@ mod tests {
             let mut estimator = estimator();
             feed(&mut estimator, 0.1, 20.0);
             assert_near(feed(&mut estimator, 0.1 + turn, 220.0), 0.1, 0.05);
-            // And every rest in between begins the count anew.
+            // And every rest in between begins the count again.
             feed(&mut estimator, 0.1, 5.0);
             assert_near(feed(&mut estimator, 0.1 + turn, 220.0), 0.1, 0.05);
         }

@@ -21,17 +21,19 @@
 //! |---|---|
 //! | what gravity's removal leaves, taken out | `stillness::gravity_error` |
 //! | stillness and motion as this foot shows them | `stillness::classes` |
+//! | the same as it is stored | `stillness::learnt` |
 //! | speed picked up along the ground | `stillness::slide` |
 //! | tangential, vertical and each axis alone | `stillness::parts` |
 //! | constants | `stillness::params` |
 
 mod classes;
 mod gravity_error;
+mod learnt;
 mod params;
 mod parts;
 mod slide;
 
-pub use classes::{Classes, LOGARITHM, Learnt, MOST_SECONDS, OLDEST, SETTLED_AFTER};
+pub use learnt::{Classes, LOGARITHM, Learnt, MOST_SECONDS, OLDEST, SETTLED_AFTER};
 pub use params::{
     Constants, GravityErrorParams, Learning, QuantityParams, SlideParams, StillnessParams,
 };
@@ -46,10 +48,11 @@ use crate::axis::PerAxis;
 use crate::erf::erf;
 use crate::logarithm::{exp, ln};
 use crate::order::Order;
-use crate::params::{ParamsError, STANDARD_GRAVITY};
 use crate::probability::Probabilities;
+use crate::range::ParamsError;
 use crate::root::{rounded, sqrt};
 use crate::sample::{AngularRate, LinearAcceleration};
+use crate::units::STANDARD_GRAVITY;
 use crate::vector::Vec3;
 use crate::window::Filling;
 

@@ -84,7 +84,7 @@ impl Trailing {
 pub enum Filling {
     /// Fewer samples than the window's length have passed: means are over those there are.
     Partial,
-    /// Every place holds a sample.
+    /// It holds as many samples as it can.
     Full,
 }
 

@@ -50,7 +50,7 @@ pub enum Other {
     Remote,
     /// A data frame with an identifier of 29 bits.
     Extended,
-    /// What the interface tells of an error on the bus.
+    /// A report of the interface on an error of the bus.
     Error,
     /// A frame of CAN FD.
     Fd,

@@ -3,13 +3,13 @@
 use std::io;
 
 use estimator_core::ParamsError;
+use recordings::input::InputError;
 use thiserror::Error;
 
 use crate::calibrate::CalibrationError;
 use crate::config::{ConfigError, Refusal};
 use crate::decode::DecodeError;
-use crate::input::InputError;
-use crate::output::OutputError;
+use crate::files::OutputError;
 
 /// Why a command could not do what it was asked.
 #[derive(Debug, Error)]
@@ -20,24 +20,19 @@ pub enum Error {
     /// What was to be decoded cannot be.
     #[error(transparent)]
     Decode(#[from] DecodeError),
-    /// A recording to be evaluated is absent.
-    #[error("{file} is not there; --datasets names the folder above it, the file is from {origin}")]
-    NoDataset {
-        /// The file.
-        file: String,
-        /// Where it can be had.
-        origin: &'static str,
-    },
+    /// The recordings with labels cannot be scored.
+    #[error(transparent)]
+    Scoring(#[from] scoring::Error),
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// The parameters are not valid, in the estimator's words.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),
-    /// The parameters are not valid, in the words of whoever set them.
+    /// The parameters are not valid, in the words of the option or key that sets them.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// The recordings do not tell what they should.
+    /// The recordings do not show what a calibration needs.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
     /// A result could not be written.

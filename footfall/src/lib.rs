@@ -1,42 +1,35 @@
-//! footfall on the host: recordings in, probabilities, numbers and pictures out.
+//! The `footfall` program: recordings in, probabilities, numbers and pictures out.
 //!
-//! The path of a recording, one module a step:
+//! The path of a recording, one module a step; a crate where the step has one of its own:
 //!
-//! | step | module |
+//! | step | module or crate |
 //! |---|---|
-//! | what the command line says | [`cli`] |
-//! | which parameters that makes | [`config`] |
-//! | a file becomes a [`Recording`](recording::Recording) | [`input`] |
-//! | or a simulated foot walks one | [`gait`], by way of [`demo`] |
-//! | results have somewhere to go | [`targets`] |
-//! | the estimator runs over it | [`replay`] |
+//! | the command line, one command a file | [`commands`] |
+//! | the parameters, from preset, file and options | [`config`] |
+//! | a file becomes a recording | [`recordings::input`], with a bar from [`progress`] |
+//! | or a simulated foot walks one | [`gait`] |
+//! | whether the results can be written | [`targets`] |
+//! | the estimator runs over it | [`recordings::replay`] |
 //! | or learns a foot in advance, or finds what is wrong with the sensor | [`calibrate`] |
-//! | how good that was | [`metrics`], [`reliability`], and of its orientation [`attitude`]; beside other methods, [`evaluate`] |
-//! | what the foot sends of it, and back again | [`transmit`], [`can_log`], [`decode`] |
-//! | the table, the picture, the summary | [`output`], [`plot`], [`summary`], put together by [`report`] |
+//! | how good that was | [`scoring`]; as a report [`attitude`], as tables and pictures [`evaluate`] |
+//! | what the foot sends of it, and back again | [`walking_foot`], [`can_log`], [`decode`] |
+//! | the table, the picture, the summary | [`recordings::output`], [`plot`], [`summary`], put together by [`report`] |
+//! | a result becomes a file | [`files`] |
 
 pub mod attitude;
 pub mod calibrate;
 pub mod can_log;
-pub mod cli;
+pub mod commands;
 pub mod config;
 pub mod decode;
-pub mod demo;
 pub mod error;
 pub mod evaluate;
-pub mod gait;
-pub mod input;
-pub mod metrics;
-mod number;
-pub mod output;
+pub mod files;
 pub mod plot;
-mod progress;
-pub mod recording;
-pub mod reliability;
-pub mod replay;
+pub mod progress;
 pub mod report;
 pub mod summary;
 pub mod targets;
-pub mod transmit;
+pub mod walking_foot;
 
 pub use error::Error;

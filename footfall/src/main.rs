@@ -3,14 +3,14 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use footfall::cli::Arguments;
-use footfall::report::tell;
+use footfall::commands::Arguments;
+use footfall::report::warn;
 
 fn main() -> ExitCode {
     match Arguments::parse().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            tell(&error);
+            warn(&error);
             ExitCode::FAILURE
         }
     }

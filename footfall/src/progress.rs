@@ -1,27 +1,56 @@
-//! A progress bar for long recordings, on stderr and only where somebody can watch it.
+//! A progress bar for long recordings, on stderr and only where that is a terminal.
 
+use std::path::Path;
+
+use estimator_core::{ContactEstimate, Learnt, Params, ParamsError};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use recordings::input::{Format, InputError, Opened};
+use recordings::recording::Recording;
+use recordings::replay::replay_observed;
 
 /// From this many samples on a bar is worth showing: below it the work takes no second.
-const LONG_RECORDING: usize = 200_000;
+const LONG_RECORDING: u64 = 200_000;
 
 /// From this many bytes on a file counts as long; a row takes about a hundred.
-const LONG_FILE: u64 = 100 * LONG_RECORDING as u64;
+const LONG_FILE: u64 = 100 * LONG_RECORDING;
 
-/// A bar over `samples` samples, hidden for short recordings.
-pub(crate) fn over_samples(activity: &'static str, samples: usize) -> ProgressBar {
-    let length = samples as u64;
-    bar(activity, length, samples >= LONG_RECORDING)
+/// [`Opened::new`], with a bar while the file is read.
+///
+/// # Errors
+/// Those of [`Opened::new`].
+pub fn open(path: &Path, format: Option<Format>) -> Result<Opened, InputError> {
+    Opened::through(path, format, |file, bytes| {
+        Box::new(bar("reading", bytes, LONG_FILE).wrap_read(file))
+    })
 }
 
-/// A bar over the bytes of a file, hidden for short files.
-pub(crate) fn over_bytes(activity: &'static str, bytes: u64) -> ProgressBar {
-    bar(activity, bytes, bytes >= LONG_FILE)
+/// [`replay`](recordings::replay::replay), with a bar.
+///
+/// # Errors
+/// Those of [`replay`](recordings::replay::replay).
+pub fn replay(recording: &Recording, params: &Params) -> Result<Vec<ContactEstimate>, ParamsError> {
+    Ok(replay_and_learn(recording, params)?.0)
 }
 
-fn bar(activity: &'static str, length: u64, worth_showing: bool) -> ProgressBar {
+/// [`replay_and_learn`](recordings::replay::replay_and_learn), with a bar.
+///
+/// # Errors
+/// Those of [`replay`](recordings::replay::replay).
+pub fn replay_and_learn(
+    recording: &Recording,
+    params: &Params,
+) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
+    let samples = recording.samples.len() as u64;
+    let bar = bar("estimating", samples, LONG_RECORDING);
+    let estimated = replay_observed(recording, params, || bar.inc(1));
+    bar.finish_and_clear();
+    estimated
+}
+
+/// A bar over `length`, hidden where that is below `shown_from`.
+fn bar(activity: &'static str, length: u64, shown_from: u64) -> ProgressBar {
     // A stderr target hides itself where stderr is no terminal.
-    let target = if worth_showing {
+    let target = if length >= shown_from {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()

@@ -1,16 +1,17 @@
-//! What a command hands over in the end: tables, picture, summary.
+//! What a command writes in the end: tables, picture, summary.
 
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 use estimator_core::ContactEstimate;
+use recordings::output::{write_estimates, write_samples};
+use recordings::recording::Recording;
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::output::{write_estimates, write_file, write_samples};
+use crate::files::write_file;
 use crate::plot;
-use crate::recording::Recording;
 use crate::summary::Summary;
 
 /// How the summary is printed.
@@ -43,7 +44,7 @@ pub struct Outputs {
 ///
 /// # Errors
 /// A file cannot be written, or stdout cannot.
-pub fn hand_over(
+pub fn write_outputs(
     outputs: &Outputs,
     recording: &Recording,
     start_us: i64,
@@ -87,10 +88,10 @@ pub fn print<'a>(
     }
 }
 
-/// Says something on stderr: an error, or what was left out or reinterpreted. Where nobody can hear
-/// it, as stderr is closed, the rest goes on.
-pub fn tell(what: impl Display) {
-    let _ = writeln!(io::stderr(), "footfall: {what}");
+/// Writes a message to stderr: an error, or what was left out or reinterpreted. Where stderr is
+/// closed, the command goes on.
+pub fn warn(message: impl Display) {
+    let _ = writeln!(io::stderr(), "footfall: {message}");
 }
 
 /// Prints one JSON object.

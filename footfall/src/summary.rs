@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use estimator_core::{ContactEstimate, Flag, Phase};
+use recordings::recording::Recording;
+use scoring::metrics::{Latency, Metrics};
+use scoring::scored::Scored;
 use serde::Serialize;
-
-use crate::metrics::{Latency, Metrics, Scored};
-use crate::recording::Recording;
 
 /// The figures of one replay. `Display` is the summary for the terminal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -52,7 +52,7 @@ impl Summary {
     }
 }
 
-/// Why there is more slip than slipping, for whoever expects a state that knows the future.
+/// Why there are more samples in slip than samples of a slipping foot.
 const SLIP_NOTE: &str =
     "         (a landing counts as slip until still for up to window + on-delay)";
 
@@ -82,60 +82,53 @@ impl fmt::Display for Summary {
             write!(f, "\nflags    {}", counts.join(", "))?;
         }
         if let Some(metrics) = &self.metrics {
-            write!(f, "\n{metrics}")?;
+            write!(f, "\n{}", metrics_text(metrics))?;
         }
         Ok(())
     }
 }
 
-impl fmt::Display for Metrics {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let or_none = |value: Option<f64>, decimals: usize| match value {
-            Some(value) => format!("{value:.decimals$}"),
-            None => "none".to_owned(),
-        };
-        writeln!(
-            f,
-            "labels   RMSE {:.4}, Brier score {:.4}, ROC-AUC {}, F1 at 0.5 {}",
-            self.rmse,
-            self.brier_score,
-            or_none(self.roc_auc, 3),
-            or_none(self.f1_at_0_5, 3),
-        )?;
-        write!(
-            f,
-            "latency  to stable: {}; to not stable: {}\nmeaning  calibration error {:.3}",
-            self.latency_on, self.latency_off, self.calibration_error
-        )
-    }
+/// The figures against the labels, in three lines.
+fn metrics_text(metrics: &Metrics) -> String {
+    let or_none = |value: Option<f64>, decimals: usize| match value {
+        Some(value) => format!("{value:.decimals$}"),
+        None => "none".to_owned(),
+    };
+    format!(
+        "labels   RMSE {:.4}, Brier score {:.4}, ROC-AUC {}, F1 at 0.5 {}\n\
+         latency  to stable: {}; to not stable: {}\n\
+         meaning  calibration error {:.3}",
+        metrics.rmse,
+        metrics.brier_score,
+        or_none(metrics.roc_auc, 3),
+        or_none(metrics.f1_at_0_5, 3),
+        latency_text(&metrics.latency_on),
+        latency_text(&metrics.latency_off),
+        metrics.calibration_error
+    )
 }
 
-impl fmt::Display for Latency {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            median_s,
-            followed,
-            missed,
-        } = self;
-        match (median_s, missed) {
-            (Some(median), _) => {
-                let milliseconds = 1.0e3 * median;
-                write!(
-                    f,
-                    "{milliseconds:.1} ms (median of {followed}, {missed} missed)"
-                )
-            }
-            (None, 0) => f.write_str("no transition"),
-            (None, _) => write!(f, "never answered ({missed} missed)"),
+fn latency_text(latency: &Latency) -> String {
+    let Latency {
+        median_s,
+        followed,
+        missed,
+    } = latency;
+    match (median_s, missed) {
+        (Some(median), _) => {
+            let milliseconds = 1.0e3 * median;
+            format!("{milliseconds:.1} ms (median of {followed}, {missed} missed)")
         }
+        (None, 0) => "no transition".to_owned(),
+        (None, _) => format!("never answered ({missed} missed)"),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Label, RecordedSample};
     use estimator_core::{Flags, Gravity, ImuSample, Probabilities, Timestamp};
+    use recordings::recording::{Label, RecordedSample};
 
     fn summary(labels: [Option<Label>; 4]) -> Summary {
         let phases = [Phase::Swing, Phase::Stance, Phase::Stance, Phase::Slip];

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::input::InputError;
-use crate::output::{OutputError, directory_of};
+use recordings::input::InputError;
+
+use crate::files::{OutputError, directory_of};
 
 /// Checks that the results of a replay can go where they should: into directories that exist, not
 /// over the recording, not over each other, and a picture into nothing but an `.svg`.

@@ -7,10 +7,10 @@ use std::fs;
 use common::{AXES, Bench, read};
 use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
 use footfall::config::Overrides;
-use footfall::gait::{GaitName, Ground, Plan, SensorParams, record};
-use footfall::input::{self, Format, Hints};
-use footfall::output::write_recording;
-use footfall::replay::replay_and_learn;
+use gait::{GaitName, Ground, Plan, SensorParams, record};
+use recordings::input::{self, Format, Hints};
+use recordings::output::write_recording;
+use recordings::replay::replay_and_learn;
 
 fn csv(gait: GaitName, seconds: f64) -> Vec<u8> {
     let plan = Plan::steady(gait, Ground::Hard, seconds, 3);
@@ -191,7 +191,10 @@ fn a_configuration_is_kept_and_what_is_found_replaces_what_it_says() {
     bench.stdout("calibrate rests.csv --rests --config robot.toml --output robot.toml");
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
-    assert_eq!(overrides.load.on_threshold, Some(20.0));
+    let on = overrides
+        .load
+        .get(estimator_core::Parameter::LoadOnThreshold);
+    assert_eq!(on, Some(20.0));
     let learnt = learnt(&bench, "robot.toml");
     assert!(learnt.is_settled() && learnt.rate.width != 0.3);
     assert_eq!(overrides.learning, Some(Learning::Frozen));
@@ -210,7 +213,7 @@ fn a_replay_puts_readings_right() {
     let bench = Bench::with("rests.csv", lying(6, 9.81));
     let report = bench.stdout("calibrate --rests rests.csv --output robot.toml");
     assert!(report.contains("6 rests in 6 orientations"), "{report}");
-    // What the foot is to be told is what the file says.
+    // The report names for the foot what the file says.
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
     let accelerometer = overrides.correction("robot.toml").expect("a sensor");

@@ -5,9 +5,9 @@ mod common;
 use std::fs;
 
 use common::{Bench, read};
-use footfall::evaluate::method::Method;
-use footfall::evaluate::sets::{File, Layout, Set, files};
-use footfall::input::pce::LabelScheme;
+use recordings::input::pce::LabelScheme;
+use scoring::method::Method;
+use scoring::sets::{File, Layout, Set, files};
 use serde_json::Value;
 
 /// A bench with recordings in a folder `data`: standing and swinging by turns.

@@ -7,9 +7,9 @@ use std::process::Command;
 
 use common::{AXES, Bench, read, standing, text};
 use estimator_core::Params;
-use footfall::input::{self, Format, Hints};
 use footfall::plot;
-use footfall::replay::replay;
+use recordings::input::{self, Format, Hints};
+use recordings::replay::replay;
 
 #[test]
 fn a_replay_writes_one_row_per_sample_under_the_documented_header() {

@@ -1,7 +1,7 @@
 //! Recordings with something changed: lost samples, jitter, biases, what the foot did before.
 
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
-use footfall::recording::{RecordedSample, Recording};
+use recordings::recording::{RecordedSample, Recording};
 
 /// Noise of a sensor at rest, m/s² and rad/s: about that of an LSM6DSOX.
 const NOISE: (f32, f32) = (0.02, 0.0012);

@@ -1,4 +1,4 @@
-//! Files that are generated and committed: checked to be current, or written anew.
+//! Files that are generated and committed: checked to be current, or written again.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -28,18 +28,9 @@ pub fn assert_current(path: &Path, expected: &str) {
         .find(|(_, (was, is))| was != is)
         .unwrap_or((0, ("", "")));
     panic!(
-        "{} is not current from line {line} on: it says\n  {was}\nand should say\n  {is}\nFOOTFALL_UPDATE=1 in the environment writes it anew",
+        "{} is not current from line {line} on: it says\n  {was}\nand should say\n  {is}\nFOOTFALL_UPDATE=1 in the environment writes it again",
         path.display()
     );
-}
-
-/// Checks that a block of the repository's README holds just `content`, as [`assert_current`]
-/// does with a whole file.
-///
-/// # Panics
-/// Where it does not, or where there is no such block.
-pub fn assert_readme_block(name: &str, content: &str) {
-    assert_block("README.md", name, content);
 }
 
 /// Checks that a block of a Markdown file in the repository holds just `content`.

@@ -3,7 +3,7 @@
 //! Recordings of others are not part of this repository. They are looked for in the folder that
 //! the environment variable `FOOTFALL_DATASETS` names, else in `../shared/datasets` beside the
 //! repository. Where a file is absent the test that wants it says so and how to get it, and
-//! passes, or fails where [`unmet`] is told to leave nothing unchecked.
+//! passes, or fails where [`unmet`] may leave nothing unchecked.
 
 use std::env;
 use std::path::PathBuf;

@@ -1,11 +1,12 @@
 //! The labelled sets that the mean over sets is taken of, and what parameters score on them.
 
 use estimator_core::Params;
-use footfall::evaluate::labelled::Labelled;
-use footfall::evaluate::sets::{Set, files};
-use footfall::metrics::{Scored, brier_score};
-use footfall::recording::Recording;
-use footfall::replay::replay;
+use recordings::recording::Recording;
+use recordings::replay::replay;
+use scoring::labelled::Labelled;
+use scoring::metrics::brier_score;
+use scoring::scored::Scored;
+use scoring::sets::{Set, files};
 
 use crate::datasets::recorded;
 

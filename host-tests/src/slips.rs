@@ -1,18 +1,18 @@
 //! What an estimator makes of the slips and good stances of a simulated foot, on the grid of
-//! [`footfall::gait::slips`]. The truth is the foot's own motion.
+//! [`gait::slips`]. The truth is the foot's own motion.
 //!
 //! A slip counts from the moment at which the foot's own speed passes [`SPEED_LIMIT`], and is found
-//! with the first sample of P < 0.5; what the foot has slid until then is what its robot has not
-//! been told. A good stance is one without a slip; it is false once, however often, where a decision
-//! that was "stable" is taken back before the foot peels off.
+//! with the first sample of P < 0.5; the slip distance at detection is what the foot has slid until
+//! then. A good stance is one without a slip; it has one false slip, however often, where a decision
+//! that was "stable" ends before the foot peels off.
 
 use estimator_core::{ContactEstimate, Decision, Params};
-use footfall::gait::label::SPEED_LIMIT;
-pub use footfall::gait::slips::{Profile, SPEEDS, profiles};
-use footfall::gait::space::Vector;
-use footfall::gait::{Activity, FootState, Simulation};
-use footfall::recording::Label;
-use footfall::replay::replay;
+use gait::label::SPEED_LIMIT;
+pub use gait::slips::{Profile, SPEEDS, profiles};
+use gait::{Activity, FootState, Simulation};
+use recordings::recording::Label;
+use recordings::replay::replay;
+use recordings::space::Vector;
 
 /// A rest under load that is to be found lasts so long, s. A foot that sticks and slips rests for
 /// less, again and again.
@@ -24,8 +24,8 @@ pub struct SlipFound {
     /// From the foot's own speed passing [`SPEED_LIMIT`] to P < 0.5, s; negative where its chatter
     /// shows before. Infinite where the slip was not found.
     pub latency: f64,
-    /// How far the foot had slid when the slip was found, or in all where it was not, m.
-    pub displacement: f64,
+    /// Slip distance at detection, m; in all where the slip was not found.
+    pub distance: f64,
 }
 
 /// What an estimator made of one or more walks.
@@ -37,7 +37,7 @@ pub struct Score {
     pub not_ready: usize,
     /// Stances without a slip that were called stable.
     pub good_stances: usize,
-    /// Those that were taken back.
+    /// Those in which the decision did not stay stable.
     pub false_slips: usize,
     /// Stances without a slip that were never called stable.
     pub never_stable: usize,
@@ -97,7 +97,7 @@ impl Score {
             let last = found.unwrap_or(end - 1);
             self.slips.push(SlipFound {
                 latency: found.map_or(f64::INFINITY, |found| time(found) - time(moving)),
-                displacement: truth[last].slip - truth[onset].slip,
+                distance: truth[last].slip - truth[onset].slip,
             });
         }
     }
@@ -127,7 +127,7 @@ impl Score {
         }
     }
 
-    /// Takes in another score.
+    /// Adds another score.
     pub fn extend(&mut self, other: &Self) {
         self.slips.extend(&other.slips);
         self.not_ready += other.not_ready;
@@ -149,11 +149,11 @@ impl Score {
         quantile(self.onsets.clone(), share)
     }
 
-    /// Mean and standard deviation of what feet had slid when it was found, m.
+    /// Mean and standard deviation of the slip distance at detection, m.
     #[must_use]
-    pub fn displacement(&self) -> (f64, f64) {
+    pub fn distance(&self) -> (f64, f64) {
         let n = self.slips.len().max(1) as f64;
-        let all = || self.slips.iter().map(|slip| slip.displacement);
+        let all = || self.slips.iter().map(|slip| slip.distance);
         let mean = all().sum::<f64>() / n;
         let variance = all().map(|d| (d - mean) * (d - mean)).sum::<f64>() / n;
         (mean, libm::sqrt(variance))
@@ -166,7 +166,7 @@ impl Score {
         self.slips.iter().filter(missed).count()
     }
 
-    /// Good stances taken back, in a thousand.
+    /// False slips, in a thousand good stances.
     #[must_use]
     pub fn false_per_thousand(&self) -> f64 {
         1e3 * self.false_slips as f64 / self.good_stances.max(1) as f64
@@ -181,9 +181,9 @@ fn is_stance(state: &FootState) -> bool {
 /// The smallest value that a share of all does not exceed.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    let place = libm::ceil(share * values.len() as f64) as usize;
+    let rank = libm::ceil(share * values.len() as f64) as usize;
     values
-        .get(place.saturating_sub(1))
+        .get(rank.saturating_sub(1))
         .copied()
         .unwrap_or(f64::NAN)
 }

@@ -2,13 +2,14 @@
 //! and the figures that the method is known by.
 
 use estimator_core::{ContactEstimate, Params};
-use footfall::input::{self, Format, Hints};
-use footfall::metrics::{Metrics, Scored};
-use footfall::recording::Recording;
-use footfall::replay::replay;
-use host_tests::committed::assert_readme_block;
+use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
+use recordings::input::{self, Format, Hints};
+use recordings::recording::Recording;
+use recordings::replay::replay;
+use scoring::metrics::Metrics;
+use scoring::scored::Scored;
 
 /// How far a probability may lie from the formula in f64.
 const PARITY: f64 = 5.0e-7;
@@ -110,5 +111,5 @@ fn the_readme_states_what_the_recordings_give() {
             worst_parity(&recording, &estimates)
         );
     }
-    assert_readme_block("atlas", &table);
+    assert_block("docs/evaluation.md", "atlas", &table);
 }

@@ -7,12 +7,12 @@ use estimator_core::{
     AngularRate, AttitudeFilter, AttitudeParams, GyroTiming, ImuSample, Params, Quaternion,
     SpecificForce, Timestamp, Validity, Vec3,
 };
-use footfall::attitude::inclination_error_degrees;
-use footfall::gait::plan::{GaitName, Ground, Plan};
-use footfall::gait::sensor::{self, AxisErrors};
-use footfall::gait::space::{Rotation, Vector};
-use footfall::gait::{Activity, Motion, SensorParams, Simulation, simulate};
-use host_tests::committed::assert_readme_block;
+use gait::plan::{GaitName, Ground, Plan};
+use gait::sensor::{self, AxisErrors};
+use gait::{Activity, SensorParams, Simulation, Track, simulate};
+use host_tests::committed::assert_block;
+use recordings::space::{Rotation, Vector};
+use scoring::inclination::inclination_error_degrees;
 
 use proptest::prelude::*;
 
@@ -93,7 +93,7 @@ fn after_a_third_of_a_second_of_quiet_stance_the_tilt_is_below_one_degree() {
 
 /// The foot's motion as an ideal sensor without noise sees it at `rate` Hz, and the filter's
 /// orientation every 20 ms.
-fn orientations_at(motion: &Motion, rate: f32, seconds: f64) -> Vec<Quaternion> {
+fn orientations_at(motion: &Track, rate: f32, seconds: f64) -> Vec<Quaternion> {
     let params = Params {
         sample_rate: rate,
         attitude: AttitudeParams {
@@ -138,7 +138,7 @@ proptest! {
     fn the_result_does_not_depend_on_the_sample_rate(seed in 0_u64..1_000) {
         // Soft landings: what an impact does between two samples no rate can know.
         let seconds = 10.0;
-        let motion = Motion::new(&Plan::steady(GaitName::Walk, Ground::Soft, seconds, seed));
+        let motion = Track::new(&Plan::steady(GaitName::Walk, Ground::Soft, seconds, seed));
         let reference = orientations_at(&motion, 4000.0, seconds);
         for rate in [250.0, 500.0, 1000.0, 2000.0] {
             let orientations = orientations_at(&motion, rate, seconds);
@@ -329,5 +329,5 @@ fn a_foot_with_a_poor_sensor_or_lost_samples_keeps_its_motion_right_in_stance() 
             walk.tilt, trot.tilt, run.tilt, walk.acceleration, walk.rate
         );
     }
-    assert_readme_block("degraded", &table);
+    assert_block("docs/evaluation.md", "degraded", &table);
 }

@@ -9,14 +9,15 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use estimator_core::{AttitudeParams, GyroTiming, Params};
-use footfall::attitude::{AttitudeReport, InclinationScore};
-use footfall::gait::space::Rotation;
-use footfall::input::{Hints, read_with_orientation};
-use footfall::recording::Recording;
-use footfall::replay::replay;
-use host_tests::committed::assert_readme_block;
+use footfall::attitude::AttitudeReport;
+use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use host_tests::requirements::unmet;
+use recordings::input::{Hints, read_with_orientation};
+use recordings::recording::Recording;
+use recordings::replay::replay;
+use recordings::space::Rotation;
+use scoring::inclination::InclinationScore;
 
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;
@@ -188,7 +189,7 @@ fn the_filter_keeps_its_bounds_on_broad_and_the_readme_says_how_good_it_is() {
          that `gyro_timing` allows for, the mean is {without_timing:.2}°.",
         held_out.len(),
     );
-    assert_readme_block("attitude", &block);
+    assert_block("docs/evaluation.md", "attitude", &block);
 }
 
 #[test]
@@ -210,5 +211,5 @@ fn the_readme_shows_what_published_filters_leave_on_the_same_trials() {
         // Writing to a string cannot fail.
         let _ = writeln!(block, "| {name} | {mean:.2}° | {worst:.2}° |");
     }
-    assert_readme_block("attitude-peers", &block);
+    assert_block("docs/evaluation.md", "attitude-peers", &block);
 }

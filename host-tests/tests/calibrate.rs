@@ -10,11 +10,11 @@ use footfall::calibrate::learnt::LearntCalibration;
 use footfall::calibrate::robot_file::RobotFile;
 use footfall::calibrate::sensor::{RestsError, SensorCalibration};
 use footfall::config::Overrides;
-use footfall::gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
-use footfall::gait::space::Vector;
-use footfall::gait::{GaitName, Ground, Plan, SensorParams, record, simulate};
-use footfall::recording::Recording;
+use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
+use gait::{GaitName, Ground, Plan, SensorParams, record, simulate};
 use host_tests::labelled::{averaged, rmse};
+use recordings::recording::Recording;
+use recordings::space::Vector;
 
 /// An accelerometer without errors of its own.
 const CALIBRATED: SensorParams = SensorParams {

@@ -4,21 +4,22 @@ use std::collections::BTreeMap;
 use std::process::Command;
 use std::sync::LazyLock;
 
-use estimator_core::{ContactEstimate, Decision, Flag, Timestamp, Vec3};
-use firmware::imu::default_params;
+use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Validity, Vec3};
+use firmware::foot::SOUND_TICKS;
+use firmware::sampling::{Measurement, SensorFault};
 use footfall::decode::{Decoded, Row, decode};
-use footfall::demo;
-use footfall::gait::{Plan, SensorParams, Simulation, simulate};
-use footfall::output::{write_file, write_samples};
-use footfall::replay::replay;
-use footfall::transmit::{FaultChange, Transmission, transmit};
-use host_tests::committed::{assert_readme_block, workspace};
+use footfall::files::write_file;
+use footfall::walking_foot::{Transmission, settings, walk_with};
+use gait::plan::DEMO_SEED;
+use gait::{Plan, SensorParams, Simulation, simulate};
+use host_tests::committed::{assert_block, workspace};
 use host_tests::requirements::unmet;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
+use recordings::output::write_samples;
 use wire::pdo::{ACCELERATION_STEP, BIAS_STEP, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP};
-use wire::{Fault, Foot, Settings};
+use wire::{Fault, Foot};
 
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;
@@ -27,21 +28,18 @@ mod environment;
 const HALF_P16: f32 = 0.5 / 65_535.0 + 1e-7;
 const HALF_P8: f32 = 0.5 / 255.0 + 1e-7;
 
-struct Demo {
-    walk: Simulation,
-    estimates: Vec<ContactEstimate>,
-    sent: Transmission,
+fn demo_walk() -> Simulation {
+    simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED)
 }
 
-fn demo_with(faults: &[FaultChange]) -> Demo {
-    let walk = simulate(&Plan::demo(demo::SEED), &SensorParams::LSM6DSOX, demo::SEED);
-    let estimates = replay(&walk.recording, &default_params()).expect("the preset");
-    let sent = transmit(&Settings::default(), &estimates, &walk.temperatures, faults);
-    Demo {
-        walk,
-        estimates,
-        sent,
-    }
+/// What the foot of the demo estimates and sends, with changes to its measurements.
+fn sent_with(change: impl FnMut(usize, &mut Measurement)) -> Transmission {
+    walk_with(&settings(), &demo_walk(), change).expect("valid settings")
+}
+
+/// What the foot of the demo estimates and sends.
+fn demo() -> Transmission {
+    sent_with(|_, _| ())
 }
 
 fn decoded(bytes: &[u8]) -> Decoded {
@@ -94,8 +92,8 @@ fn counts(of: &[(&str, u64)]) -> BTreeMap<String, u64> {
 
 #[test]
 fn the_serial_line_gives_back_every_time_probability_and_state_of_the_demo() {
-    let demo = demo_with(&[]);
-    let Decoded { rows, report, .. } = decoded(&demo.sent.uart);
+    let demo = demo();
+    let Decoded { rows, report, .. } = decoded(&demo.uart);
     assert_eq!(rows.len(), demo.estimates.len());
     for (row, estimate) in rows.iter().zip(&demo.estimates) {
         assert_eq!(row.timestamp, estimate.timestamp);
@@ -112,7 +110,7 @@ fn the_serial_line_gives_back_every_time_probability_and_state_of_the_demo() {
         assert_eq!(row.interface, None);
     }
     // The node id comes with the first health message, which follows a contact.
-    let period = usize::from(Settings::default().uart_streams().health);
+    let period = usize::from(settings().uart_streams().health);
     let first = rows.iter().position(|row| row.node.is_some());
     let id = Foot::FrontLeft.default_node_id();
     assert_eq!(first, Some(period));
@@ -123,24 +121,36 @@ fn the_serial_line_gives_back_every_time_probability_and_state_of_the_demo() {
 
 #[test]
 fn can_gives_back_every_time_probability_and_state_of_the_demo() {
-    let mut demo = demo_with(&[]);
-    // The demo's sensor does not warm up; here it does.
-    for (k, temperature) in demo.walk.temperatures.iter_mut().enumerate() {
-        *temperature = -40.0 + 0.01 * k as f32;
+    let mut temperatures = Vec::new();
+    // The demo's sensor does not warm up, nor does it fail; here it does both, and once 25 ms pass
+    // without a sample.
+    let demo = sent_with(|k, measurement| {
+        let raw = measurement.raw.as_mut().expect("a sound sensor");
+        raw.temperature.0 = (k as i16).wrapping_mul(2);
+        temperatures.push(raw.temperature.to_celsius());
+        let sample = &mut measurement.sample;
+        if k >= 13_000 {
+            sample.timestamp = Timestamp::from_micros(sample.timestamp.as_micros() + 25_000);
+        } else if k >= 10_000 {
+            sample.validity = match k / 100 % 4 {
+                0 => Validity::Valid,
+                1 => Validity::Saturated(Saturation::Accelerometer),
+                2 => Validity::Stale,
+                _ => Validity::Invalid,
+            };
+        }
+    });
+    for flag in Flag::ALL {
+        let raised = |estimate: &ContactEstimate| estimate.flags.contains(flag);
+        assert!(demo.estimates.iter().any(raised), "{}", flag.name());
     }
-    // Nor does it have every flag; here each comes for a tenth of a second, again and again.
-    for (k, estimate) in demo.estimates.iter_mut().enumerate().skip(10_000) {
-        estimate.flags = estimate.flags.with(Flag::ALL[k / 100 % Flag::ALL.len()]);
-    }
-    let (estimates, temperatures) = (&demo.estimates, &demo.walk.temperatures);
-    demo.sent = transmit(&Settings::default(), estimates, temperatures, &[]);
     let Decoded {
         rows,
         report,
         notices,
-    } = decoded(demo.sent.can_log().as_bytes());
+    } = decoded(demo.can_log().as_bytes());
     assert_eq!(rows.len(), demo.estimates.len());
-    let sent = demo.estimates.iter().zip(&demo.walk.temperatures);
+    let sent = demo.estimates.iter().zip(&temperatures);
     for (row, (estimate, temperature)) in rows.iter().zip(sent) {
         let (got, sent) = (row.timestamp.as_micros(), estimate.timestamp.as_micros());
         assert!(got <= sent && sent < got + 10, "{got} µs for {sent} µs");
@@ -212,43 +222,47 @@ fn can_gives_back_every_time_probability_and_state_of_the_demo() {
 
 #[test]
 fn the_readme_shows_what_is_printed_of_the_demo() {
-    let report = decoded(demo_with(&[]).sent.can_log().as_bytes()).report;
-    assert_readme_block("decode", &format!("```text\n{report}\n```\n"));
+    let report = decoded(demo().can_log().as_bytes()).report;
+    assert_block("README.md", "decode", &format!("```text\n{report}\n```\n"));
 }
 
 #[test]
 fn faults_of_the_foot_come_out_with_their_time_name_and_detail() {
-    let at = |ms: u64, detail| FaultChange {
-        at: Timestamp::from_micros(ms * 1000),
-        fault: Fault::SensorSilent,
-        detail,
-    };
-    let demo = demo_with(&[at(3000, Some(7)), at(3100, None)]);
-    let Decoded { rows, report, .. } = decoded(demo.sent.can_log().as_bytes());
-    let told: Vec<_> = report
+    let demo = sent_with(|k, measurement| {
+        if (3000..3100).contains(&k) {
+            measurement.fault = Some(SensorFault {
+                fault: Fault::SensorSilent,
+                detail: 7,
+            });
+        }
+    });
+    let Decoded { rows, report, .. } = decoded(demo.can_log().as_bytes());
+    let reported: Vec<_> = report
         .emergencies
         .iter()
         .map(|e| (e.node, e.code, e.fault.as_str(), e.detail))
         .collect();
     let name = Fault::SensorSilent.name();
-    assert_eq!(told, [(0x11, 0x7001, name, 7), (0x11, 0, name, 0)]);
+    assert_eq!(reported, [(0x11, 0x7001, name, 7), (0x11, 0, name, 0)]);
     let t = report.emergencies[0]
         .t
         .expect("there were contacts before it");
     assert!((2.99..=3.0).contains(&t), "{t}");
     let faulty: Vec<_> = rows.iter().filter(|row| row.status.has_fault()).collect();
-    assert_eq!(faulty.len(), 100);
+    // It is over with the last of the good samples in a row that it takes.
+    let lasts = 100 + usize::from(SOUND_TICKS) - 1;
+    assert_eq!(faulty.len(), lasts);
     for row in faulty {
         assert_eq!(probabilities(row), [0.0; 3]);
         assert_eq!(row.flag_names().last(), Some(&"fault"));
     }
-    let on_the_line = decoded(&demo.sent.uart).rows;
+    let on_the_line = decoded(&demo.uart).rows;
     assert_eq!(
         on_the_line
             .iter()
             .filter(|row| row.status.has_fault())
             .count(),
-        100
+        lasts
     );
 }
 
@@ -264,7 +278,7 @@ fn frames(uart: &[u8]) -> Vec<usize> {
 
 #[test]
 fn damage_on_the_serial_line_costs_the_frames_it_hits_and_is_counted() {
-    let clean = demo_with(&[]).sent.uart;
+    let clean = demo().uart;
     let all = decoded(&clean).rows.len() as u64;
     let starts = frames(&clean);
     let mut damaged = clean;
@@ -277,7 +291,7 @@ fn damage_on_the_serial_line_costs_the_frames_it_hits_and_is_counted() {
         garbage.iter().copied().chain([0]),
     );
     damaged.splice(starts[8000]..starts[8000], garbage);
-    // A frame of another version: its CRC is not made anew, so it is damage like any other.
+    // A frame of another version: its CRC is not computed again, so it is damage like any other.
     damaged[starts[7000] + 2] ^= 2;
     // Ten whole frames are lost.
     damaged.drain(starts[6000]..starts[6010]);
@@ -288,8 +302,9 @@ fn damage_on_the_serial_line_costs_the_frames_it_hits_and_is_counted() {
     let Decoded { rows, report, .. } = decoded(&damaged);
     // Truncated 1, version 1, lost 10, flipped 5.
     let lost = 17;
-    let healths = report.frames["health"];
-    assert_eq!(rows.len() as u64 + healths, starts.len() as u64 - 1 - lost);
+    let others = ["health", "log"].map(|kind| report.frames[kind]);
+    let all_frames = rows.len() as u64 + others.iter().sum::<u64>();
+    assert_eq!(all_frames, starts.len() as u64 - 1 - lost);
     assert!(rows.len() as u64 >= all - lost);
     // The truncated one is at the end, where nothing shows that a number is missing.
     assert_eq!((report.gaps, report.missing), (7, lost - 1));
@@ -306,7 +321,7 @@ fn damage_on_the_serial_line_costs_the_frames_it_hits_and_is_counted() {
 #[test]
 fn other_versions_and_types_are_told_from_damage() {
     // Frames made by hand, with a CRC-32 of another implementation.
-    let clean = demo_with(&[]).sent.uart;
+    let clean = demo().uart;
     let plain = |version: u8, kind: u8| {
         let body = [version, kind, 7, 1];
         let crc = crc32(&body).to_le_bytes();
@@ -336,7 +351,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 
 #[test]
 fn damage_in_a_can_log_costs_the_lines_it_hits_and_is_counted() {
-    let log = demo_with(&[]).sent.can_log();
+    let log = demo().can_log();
     let contacts: Vec<usize> = log
         .lines()
         .enumerate()
@@ -375,7 +390,7 @@ fn damage_in_a_can_log_costs_the_lines_it_hits_and_is_counted() {
 
 /// A tenth of a second of either format.
 fn excerpts() -> [Vec<u8>; 2] {
-    let sent = demo_with(&[]).sent;
+    let sent = demo();
     let log: String = sent
         .can_log()
         .lines()
@@ -423,14 +438,14 @@ fn cantools_reads_the_same_values_from_the_log_as_there_are_in_the_samples() {
         Ok(python) => python,
         Err(missing) => return unmet(&missing),
     };
-    let demo = demo_with(&[]);
+    let (walk, demo) = (demo_walk(), demo());
     let folder = tempfile::tempdir().expect("a temporary directory");
     let (log, samples) = (
         folder.path().join("can.log"),
         folder.path().join("samples.csv"),
     );
-    write_file(&log, |to| to.write_all(demo.sent.can_log().as_bytes())).expect("a file");
-    let recorded = &demo.walk.recording.samples;
+    write_file(&log, |to| to.write_all(demo.can_log().as_bytes())).expect("a file");
+    let recorded = &walk.recording.samples;
     write_file(&samples, |to| write_samples(recorded, &demo.estimates, to)).expect("a file");
     let output = Command::new(python)
         .arg(workspace().join("host-tests/tests/python/demo.py"))

@@ -4,11 +4,11 @@
 use std::fmt::Write;
 
 use estimator_core::{AttitudeFilter, Params, Validity};
-use footfall::attitude::inclination_error_degrees;
-use footfall::gait::sensor::{AxisErrors, GRAVITY, Temperature};
-use footfall::gait::step::Step;
-use footfall::gait::{GaitName, Ground, Plan, SensorParams, simulate};
-use host_tests::committed::assert_readme_block;
+use gait::sensor::{AxisErrors, GRAVITY, Temperature};
+use gait::step::Step;
+use gait::{GaitName, Ground, Plan, SensorParams, simulate};
+use host_tests::committed::assert_block;
+use scoring::inclination::inclination_error_degrees;
 
 /// An accelerometer whose bias at 25 °C is calibrated away, and which warms up by 30 °C: its bias
 /// and that of the gyroscope drift by up to the part's typical 0.1 mg and 0.01 °/s per °C.
@@ -126,7 +126,7 @@ fn in_ten_minutes_of_any_gait_the_quiet_stances_keep_little_of_gravity_while_the
             moments.len()
         );
     }
-    assert_readme_block("feet", &table);
+    assert_block("docs/evaluation.md", "feet", &table);
 }
 
 #[test]
@@ -135,12 +135,7 @@ fn a_sensor_that_warms_up_at_rest_keeps_its_bias_known() {
     let simulation = simulate(&plan, &WARMING, 2);
     let specimen = WARMING.specimen(2);
     let mut filter = AttitudeFilter::new(&Params::DEFAULT.validate::<256>().expect("the preset"));
-    for (sample, celsius) in simulation
-        .recording
-        .samples
-        .iter()
-        .zip(&simulation.temperatures)
-    {
+    for (sample, raw) in simulation.recording.samples.iter().zip(&simulation.raw) {
         filter.update(&sample.imu);
         if sample.time_s() < 20.0 {
             continue;
@@ -150,7 +145,7 @@ fn a_sensor_that_warms_up_at_rest_keeps_its_bias_known() {
             .into_iter()
             .enumerate()
         {
-            let warmth = f64::from(*celsius) - 25.0;
+            let warmth = f64::from(raw.expect("a sound sensor").temperature.to_celsius()) - 25.0;
             let bias = specimen.gyro_bias[axis] + specimen.gyro_drift[axis] * warmth;
             let error = (f64::from(estimated) - bias).to_degrees();
             assert!(error.abs() < 0.02, "{error} °/s at {} s", sample.time_s());

@@ -2,12 +2,12 @@
 //! foot, and does the probability tell grease from ground?
 
 use estimator_core::{ContactEstimate, Load, Params};
-use footfall::input::{self, Format, Hints};
-use footfall::recording::{RecordedSample, Recording};
-use footfall::replay::replay;
 use host_tests::changed::stood;
-use host_tests::committed::assert_readme_block;
+use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
+use recordings::input::{self, Format, Hints};
+use recordings::recording::{RecordedSample, Recording};
+use recordings::replay::replay;
 
 /// Shorter contacts are bounces, s.
 const SHORTEST_STANCE: f64 = 0.25;
@@ -166,5 +166,5 @@ fn the_readme_states_every_peak() {
             table += &format!("| {name} | {preset} | {} |\n", peaks.join(" · "));
         }
     }
-    assert_readme_block("go1", &table);
+    assert_block("docs/evaluation.md", "go1", &table);
 }

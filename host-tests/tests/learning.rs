@@ -10,12 +10,10 @@ use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Decision, Flags, ImuSample, Learnt, Params,
     Saturation, SpecificForce, Validity, Vec3,
 };
-use footfall::gait::{
-    Activity, FootState, GaitName, Ground, Plan, SensorParams, Simulation, simulate,
-};
-use footfall::recording::{Label, Recording};
-use footfall::replay::replay_and_learn;
+use gait::{Activity, FootState, GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::changed::{Chance, after, after_samples, changed};
+use recordings::recording::{Label, Recording};
+use recordings::replay::replay_and_learn;
 
 const GRAVITY: f32 = 9.806_65;
 

@@ -9,10 +9,10 @@ use estimator_core::{
     Load, LoadParams, Method, Params, PerAxis, Phase, RestParams, Saturation, SpecificForce,
     StillnessParams, Timestamp, Validity, Vec3, WindowLength,
 };
-use footfall::gait::{GaitName, Ground, Plan, SensorParams, record};
-use footfall::recording::Recording;
-use footfall::replay::replay;
+use gait::{GaitName, Ground, Plan, SensorParams, record};
 use proptest::prelude::*;
+use recordings::recording::Recording;
+use recordings::replay::replay;
 use std::sync::OnceLock;
 
 const CAPACITY: usize = 128;

@@ -1,22 +1,22 @@
 //! The recordings that the repository holds: made by the simulator, the same on every machine,
 //! and estimated as they were when they were committed.
 //!
-//! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test recordings` writes them anew.
+//! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test recordings` writes them again.
 
 use std::fs;
 
 use estimator_core::{ContactEstimate, Flag, ImuSample, Phase, Timestamp};
 use firmware::imu::default_params;
-use footfall::gait::{
-    Activity, GaitName, Ground, Plan, SensorParams, Simulation, record, simulate,
-};
-use footfall::input::{self, Format, Hints};
-use footfall::metrics::{Metrics, Scored};
-use footfall::output::{write_estimates, write_file, write_recording, write_samples};
-use footfall::recording::RecordedSample;
-use footfall::replay::replay;
+use footfall::files::write_file;
+use gait::{Activity, GaitName, Ground, Plan, SensorParams, Simulation, record, simulate};
 use host_tests::committed::assert_current;
 use host_tests::datasets::simulated;
+use recordings::input::{self, Format, Hints};
+use recordings::output::{write_estimates, write_recording, write_samples};
+use recordings::recording::RecordedSample;
+use recordings::replay::replay;
+use scoring::metrics::Metrics;
+use scoring::scored::Scored;
 
 const SECONDS: f64 = 5.0;
 const SEED: u64 = 1;
@@ -41,7 +41,7 @@ const WALKS: [Walk; 2] = [
     },
 ];
 
-/// Either way: a gain that nobody meant wants explaining, too.
+/// Either way: a gain that was not intended needs an explanation, too.
 const RMSE_TOLERANCE: f64 = 0.001;
 
 fn simulation(ground: Ground) -> Simulation {

@@ -2,13 +2,13 @@
 //! foot that has stood for long before it walks. Limits are on the RMSE of P against the labels.
 
 use estimator_core::{Params, Vec3};
-use footfall::evaluate::sets::Set;
-use footfall::gait::{Plan, SensorParams, record};
-use footfall::recording::Recording;
+use gait::{Plan, SensorParams, record};
 use host_tests::changed::{
     jittering, losing_bursts, losing_single, stood, with_force_bias, with_rate_bias,
 };
 use host_tests::labelled::{averaged, rmse};
+use recordings::recording::Recording;
+use scoring::sets::Set;
 
 const SEED: u64 = 1;
 

@@ -1,6 +1,6 @@
-//! What a straight run of instructions costs: how many there are, and an estimate of their
-//! cycles on a Cortex-M4 without wait states (technical reference manual, table 3-1, 7-1).
+//! The cost of a straight run of instructions: their number, and an estimate of their cycles on a Cortex-M4 without wait states (technical reference manual, table 3-1, 7-1).
 
+use crate::memory::Memory;
 use crate::part::flash::accelerator::Literal;
 
 /// A stretch of code that runs from its first instruction to its last.
@@ -26,6 +26,13 @@ pub const TAKEN: u64 = 2;
 const SEV: u16 = 0xBF40;
 
 impl Block {
+    /// The block of `size` bytes at an address.
+    pub(crate) fn at(memory: &mut dyn Memory, address: u32, size: u32) -> Self {
+        let mut code = vec![0; size as usize];
+        memory.read(address, &mut code);
+        Self::of(&code, size)
+    }
+
     /// Takes in `code` up to `size` bytes.
     #[must_use]
     pub fn of(code: &[u8], size: u32) -> Self {

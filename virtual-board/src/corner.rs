@@ -81,13 +81,13 @@ impl Corner {
         self.pick([8, 15, 40])
     }
 
-    /// Programming of up to a word of flash, µs, whatever its width (table 42).
+    /// Programming of up to a word of flash, µs, at any width (table 42).
     #[must_use]
     pub const fn program_us(self) -> u32 {
         self.pick([8, 16, 100])
     }
 
-    /// Erasing of a sector of so many KiB at a parallelism of 8, 16 or 32 bits (`PSIZE` 0 to 2),
+    /// Erasing of a sector of `kib` KiB at a parallelism of 8, 16 or 32 bits (`PSIZE` 0 to 2),
     /// ms (table 42).
     #[must_use]
     pub const fn erase_ms(self, kib: u32, psize: u32) -> u32 {

@@ -2,7 +2,7 @@
 
 use object::{Object, ObjectSegment, ObjectSymbol};
 
-/// What of an ELF goes to the board.
+/// The parts of an ELF that the board needs.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
     /// Load addresses and their bytes.
@@ -75,10 +75,10 @@ impl Image {
     /// The function that an address lies in.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&str> {
-        let place = self
+        let index = self
             .functions
             .partition_point(|(start, _, _)| *start <= address);
-        let (start, size, name) = self.functions.get(place.checked_sub(1)?)?;
+        let (start, size, name) = self.functions.get(index.checked_sub(1)?)?;
         (address - start < *size).then_some(name.as_str())
     }
 

@@ -1,16 +1,15 @@
-//! Why a run cannot go on: the firmware did what the part would not do as asked, or what is not
-//! modelled.
+//! Why a run cannot go on: the firmware misused the part, or used something that is not modelled.
 
 use core::fmt;
 
-/// What happened where.
+/// A misuse of the part, and where it happened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
     /// The instruction.
     pub pc: u32,
     /// The address accessed, where there is one.
     pub address: Option<u32>,
-    /// What is wrong with it.
+    /// The misuse, in words.
     pub what: String,
 }
 

@@ -10,6 +10,7 @@ pub mod corner;
 pub mod elf;
 pub mod failure;
 pub mod machine;
+pub mod memory;
 pub mod motion;
 pub mod parity;
 pub mod part;

@@ -1,4 +1,4 @@
-//! `virtual-board run`: boots an ELF, lets it run, and writes down what came out.
+//! `virtual-board run`: boots an ELF, runs it, and writes its output to files.
 
 #![forbid(unsafe_code)]
 
@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
-use footfall::gait::GaitName;
-use footfall::input::Format;
-use virtual_board::board::{Board, BoardOptions, Fault};
+use gait::GaitName;
+use recordings::input::Format;
+use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::corner::Corner;
 use virtual_board::recorded;
-use virtual_board::report::Deed;
+use virtual_board::report::Action;
 use virtual_board::scenario::{self, Scenario, Step};
 use virtual_board::traffic::Traffic;
 use virtual_board::{motion, report, streams};
@@ -39,8 +40,8 @@ struct RunArguments {
     /// A recording that the sensor feels, resampled by straight lines.
     #[arg(long, conflicts_with = "gait")]
     input: Option<PathBuf>,
-    /// How the recording is laid out, where it has no header that tells.
-    #[arg(long, requires = "input")]
+    /// How the recording is laid out, where its header does not name the columns.
+    #[arg(long, requires = "input", value_parser = format_parser())]
     layout: Option<Format>,
     /// Seconds of the recording that are left out at its beginning.
     #[arg(long, requires = "input", default_value_t = 0.0, value_parser = seconds,
@@ -52,14 +53,14 @@ struct RunArguments {
     /// Virtual time to run for; of a recording its length.
     #[arg(long, value_parser = duration, allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// What goes wrong, and when in ms: NAME@MS, or NAME:VARIANT@MS; `clear` ends what can end.
+    /// A fault to inject, and when in ms: NAME@MS, or NAME:VARIANT@MS; `clear` clears all that can be cleared.
     /// The name `help` lists all.
     #[arg(long = "fault", value_parser = fault)]
     faults: Vec<Planned>,
     /// The gait's and the sensor's seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Which specimen of the chip: fast, typical or slow, within what the data sheet allows.
+    /// The specimen of the chip: fast, typical or slow, within what the data sheet allows.
     #[arg(long, default_value = "typical")]
     corner: Corner,
     /// Everything on: raw samples too, three more feet on the bus, and questions over both lines.
@@ -82,17 +83,22 @@ struct RunArguments {
 #[derive(Clone)]
 struct Planned {
     text: String,
-    /// `None` where everything that can end ends.
+    /// `None` where faults are cleared.
     scenario: Option<&'static Scenario>,
     variant: u64,
     ms: u32,
 }
 
-/// Ends what can end.
+/// Clears all that can be cleared.
 const CLEAR: &str = "clear";
 
-/// A day: more is a slip of the pen.
+/// A day: more is taken as a mistake.
 const MOST_SECONDS: f64 = 86_400.0;
+
+/// Reads the name of a format; the help lists all of them.
+fn format_parser() -> impl TypedValueParser<Value = Format> {
+    PossibleValuesParser::new(Format::ALL.map(Format::name)).try_map(|name| name.parse::<Format>())
+}
 
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
@@ -138,18 +144,18 @@ fn fault(text: &str) -> Result<Planned, String> {
 }
 
 impl Planned {
-    /// What is done, and when, ms; what has to be so before comes before.
-    fn deeds(&self) -> Vec<Deed> {
-        let deed = |ms: u64, step: Step| Deed { ms, step };
+    /// The actions, and when, ms; preparation comes first.
+    fn actions(&self) -> Vec<Action> {
+        let action = |ms: u64, step: Step| Action { ms, step };
         let ms = u64::from(self.ms);
         let Some(scenario) = self.scenario else {
-            return vec![deed(ms, Step::Wrong(Fault::Clear))];
+            return vec![action(ms, Step::Inject(Injection::Clear))];
         };
         let before = scenario.before.iter();
-        let before = before.map(|&step| deed(ms.min(scenario::BEFORE_MS), step));
+        let before = before.map(|&step| action(ms.min(scenario::BEFORE_MS), step));
         let mut at_us = 1000 * ms;
         let steps = (scenario.steps)(self.variant).into_iter().map(|step| {
-            let found = deed(at_us / 1000, step);
+            let found = action(at_us / 1000, step);
             if let Step::Wait(us) = step {
                 at_us += u64::from(us);
             }
@@ -210,7 +216,7 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
             .iter()
             .map(|planned| planned.text.clone())
             .collect(),
-        deeds: arguments.faults.iter().flat_map(Planned::deeds).collect(),
+        actions: arguments.faults.iter().flat_map(Planned::actions).collect(),
         traffic: match arguments.full_load {
             true => Traffic::Full,
             false => Traffic::Own,
@@ -234,7 +240,7 @@ fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     Ok(())
 }
 
-/// Builds the firmware and says where it is.
+/// Builds the firmware and returns its path.
 fn build() -> Result<PathBuf, String> {
     const TARGET: &str = "thumbv7em-none-eabihf";
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -268,12 +274,12 @@ mod tests {
     fn a_fault_has_a_name_a_time_and_perhaps_a_variant() {
         let planned = fault("power-cut:17@1000").expect("a fault");
         assert_eq!((planned.variant, planned.ms), (17, 1000));
-        let deeds = planned.deeds();
-        let times: Vec<u64> = deeds.iter().map(|deed| deed.ms).collect();
+        let actions = planned.actions();
+        let times: Vec<u64> = actions.iter().map(|action| action.ms).collect();
         assert_eq!(times, [300, 300, 300, 1000, 1000], "settings come first");
         assert_eq!(
-            deeds.get(3).map(|deed| deed.step),
-            Some(Step::Wrong(Fault::CutInFlash(17)))
+            actions.get(3).map(|action| action.step),
+            Some(Step::Inject(Injection::CutInFlash(17)))
         );
         for text in ["frozen", "frozen@soon", "thawed@1000", "power-cut:x@1"] {
             assert!(fault(text).is_err(), "{text}");

@@ -18,7 +18,7 @@ use crate::chip::Transaction;
 use crate::part::can::TimedFrame;
 use crate::time::to_us;
 
-/// What the firmware sets.
+/// The ranges that the firmware sets.
 const FORCE: AccelFullScale = AccelFullScale::G16;
 const RATE: GyroFullScale = GyroFullScale::Dps2000;
 
@@ -35,7 +35,7 @@ pub struct SentContact {
     pub message: ContactMessage,
 }
 
-/// What the comparison came to.
+/// The result of the comparison.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Parity {
     /// Estimates compared.
@@ -89,13 +89,13 @@ fn burst(transaction: &Transaction) -> Option<Burst> {
 const FOR_CLOCK: usize = 1000;
 const ASKED: usize = 200;
 
-/// What was sent may be ahead of what is known of the bus and of the serial line by so many.
+/// Messages may be ahead of the recorded bus and serial line by this many.
 const LAG: usize = 32;
 
 /// Estimates that a frame of CAN may be behind.
 const FRAMES_LAG: usize = 1000;
 
-/// Compares what a board sends with what the host computes, as it comes: for a board with its
+/// Compares the estimates of a board with those of the host, as they come: for a board with its
 /// default parameters and a sensor without faults.
 pub struct Comparison {
     parity: Parity,
@@ -113,7 +113,7 @@ impl Comparison {
     /// Nothing compared yet.
     ///
     /// # Errors
-    /// What default parameters never cause.
+    /// Never with default parameters.
     pub fn new() -> Result<Self, ParamsError> {
         let config = Settings::default().params().validate()?;
         Ok(Self {
@@ -127,7 +127,7 @@ impl Comparison {
         })
     }
 
-    /// What went over the sensor's bus.
+    /// Takes transactions on the sensor's bus.
     pub fn bus(&mut self, transactions: &[Transaction]) {
         self.bursts.extend(transactions.iter().filter_map(burst));
     }
@@ -151,7 +151,7 @@ impl Comparison {
         }
     }
 
-    /// What it came to, once everything was sent.
+    /// The result, once everything was sent.
     #[must_use]
     pub fn finish(mut self) -> Parity {
         if self.offset.is_none() {
@@ -223,11 +223,11 @@ impl Comparison {
         };
         let time = [bytes[4], bytes[5]];
         let found = self.short.iter().take(FRAMES_LAG);
-        let Some(place) = found.map(|(at, _)| *at).position(|at| at == time) else {
+        let Some(index) = found.map(|(at, _)| *at).position(|at| at == time) else {
             self.parity.can_unknown += 1;
             return;
         };
-        self.short.drain(..place);
+        self.short.drain(..index);
         let same = self
             .short
             .front()
@@ -254,7 +254,8 @@ fn expected(estimate: &ContactEstimate) -> ContactMessage {
     ContactMessage::new(estimate, Faults::NONE)
 }
 
-/// What of a message is the estimate: not its phase, which also rests on the load.
+/// The fields of a message that the estimate determines: not its phase, which also depends on the
+/// load.
 fn bits(message: &ContactMessage) -> ([u16; 9], u8) {
     let [ax, ay, az, wx, wy, wz] = message.axes.to_array();
     let codes = [
@@ -315,8 +316,8 @@ fn clock_offset(bursts: &[Burst], sent: &[SentContact]) -> Option<f64> {
         .take(ASKED)
         .filter_map(|sent| {
             let began = to_us(sent.began);
-            let place = bursts.partition_point(|burst| burst.edge_us < began);
-            let burst = bursts.get(place.checked_sub(1)?)?;
+            let index = bursts.partition_point(|burst| burst.edge_us < began);
+            let burst = bursts.get(index.checked_sub(1)?)?;
             Some(burst.edge_us - sent.message.timestamp.as_micros() as f64)
         })
         .collect();

@@ -1,6 +1,6 @@
 //! Files of recordings become what the sensor feels.
 //!
-//! A sensor feels gravity. Where a simulator has taken it out, which tells nothing of the tilt, it
+//! A sensor feels gravity. Where a simulator has taken it out, which says nothing about the tilt, it
 //! is put back along z, as on a sole that stays level: what is fed is then the recorded motion of a
 //! foot that does not tilt in the field of gravity. Samples are resampled by straight lines to the
 //! ticks of the sensor's clock, 6.67 kHz, and reach its codes by its noise, filters and ranges.
@@ -8,9 +8,9 @@
 use std::path::Path;
 
 use estimator_core::Gravity;
-use footfall::gait::sensor::GRAVITY;
-use footfall::input::{Format, Hints, Opened};
+use gait::sensor::GRAVITY;
 use lsm6dsox::sim::{Interpolation, Recording, Stimulus};
+use recordings::input::{Format, Hints, Opened};
 
 /// Reads a file, but for what comes before `skip` seconds.
 ///

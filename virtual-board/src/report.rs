@@ -1,5 +1,5 @@
 //! A run with everything written down as it comes: bytes, frames, samples, a picture and numbers.
-//! What is kept of it does not grow with its length.
+//! The memory for it does not grow with its length.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -31,33 +31,33 @@ const SETTLING: u64 = 500;
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 
-/// The entry of what `ContactEstimator::update` runs, `Pipeline<[PerAxis<Mass>]>::update`, as the
+/// The entry of the work in `ContactEstimator::update`, `Pipeline<[PerAxis<Mass>]>::update`, as the
 /// compiler names it.
 const ESTIMATOR: &str = "Mass$GT$$u5d$$GT$6update";
 
-/// The entry of what `ContactEstimator::finish` runs once the estimate has been sent,
+/// The entry of the work in `ContactEstimator::finish` once the estimate has been sent,
 /// `Stillness::finish`.
 const LEARNING: &str = "9stillness9Stillness6finish";
 
-/// What a run is made of.
+/// The parts of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
     /// How long it is, ms.
     pub milliseconds: u64,
-    /// What goes wrong, in words.
+    /// Injected faults, as given on the command line.
     pub faults: Vec<String>,
-    /// What is done to the board.
-    pub deeds: Vec<Deed>,
-    /// What there is to do on its lines.
+    /// Actions on the board.
+    pub actions: Vec<Action>,
+    /// Traffic on its lines.
     pub traffic: Traffic,
 }
 
-/// Something that is done to the board.
+/// An action on the board.
 #[derive(Clone, Debug)]
-pub struct Deed {
+pub struct Action {
     /// When, ms.
     pub ms: u64,
-    /// What.
+    /// The action.
     pub step: Step,
 }
 
@@ -67,7 +67,7 @@ const POINTS: usize = 6000;
 /// Transactions with the sensor that an edge is looked for in.
 const RECENT: usize = 16;
 
-/// What is kept of a run.
+/// The record of a run.
 struct Log {
     /// From when on it counts.
     settled: u64,
@@ -83,7 +83,7 @@ struct Log {
     frame_began: Option<u64>,
     health: Option<HealthMessage>,
     recent: VecDeque<Transaction>,
-    /// None where things go wrong on purpose.
+    /// `None` where faults are injected.
     comparison: Option<Comparison>,
     curve: Curve,
     contacts: u64,
@@ -101,16 +101,16 @@ struct Curve {
 }
 
 impl Curve {
-    fn push(&mut self, place: u64, message: &ContactMessage) {
-        if place.is_multiple_of(self.every) {
+    fn push(&mut self, index: u64, message: &ContactMessage) {
+        if index.is_multiple_of(self.every) {
             let seconds = message.timestamp.as_micros() as f64 / 1.0e6;
-            self.points.push((seconds, part(message.stable)));
+            self.points.push((seconds, probability(message.stable)));
         }
         if self.points.len() >= POINTS {
-            let mut place = 0_usize;
+            let mut index = 0_usize;
             self.points.retain(|_| {
-                place += 1;
-                place % 2 == 1
+                index += 1;
+                index % 2 == 1
             });
             self.every *= 2;
         }
@@ -118,7 +118,7 @@ impl Curve {
 }
 
 /// A probability from its code.
-fn part(code: P16) -> f64 {
+fn probability(code: P16) -> f64 {
     f64::from(code.0) / 65535.0
 }
 
@@ -157,9 +157,9 @@ impl Log {
             self.samples,
             "{:.6},{:.6},{:.6},{:.6},{}",
             message.timestamp.as_micros() as f64 / 1.0e6,
-            part(message.stable),
-            part(message.tangential),
-            part(message.vertical),
+            probability(message.stable),
+            probability(message.tangential),
+            probability(message.vertical),
             message.flags,
         )
     }
@@ -268,9 +268,9 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
         can_log: create("can.log")?,
     };
     writeln!(log.samples, "t,p_stable,p_tangential,p_vertical,flags")?;
-    let mut deeds = run.deeds.clone();
-    deeds.sort_by_key(|deed| deed.ms);
-    let mut deeds = deeds.into_iter().peekable();
+    let mut actions = run.actions.clone();
+    actions.sort_by_key(|action| action.ms);
+    let mut actions = actions.into_iter().peekable();
     board.record_sensor_bus();
     let watched = [ESTIMATOR, LEARNING].map(|function| board.watch_function(function));
     let watched = watched == [true; 2];
@@ -279,8 +279,8 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     let mut idle = 0;
     for ms in 0..run.milliseconds {
         run.traffic.act(board, first + ms);
-        while let Some(deed) = deeds.next_if(|deed| deed.ms <= first + ms) {
-            deed.step.act(board);
+        while let Some(action) = actions.next_if(|action| action.ms <= first + ms) {
+            action.step.act(board);
         }
         let start = (first + ms) * MILLISECOND;
         if ms == SETTLING {
@@ -316,7 +316,7 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
 }
 
 /// Instructions and cycles of waiting for flash a millisecond by function, most first, after a [`run`] of this many milliseconds;
-/// what happened before statistics begin is left out.
+/// the time before statistics begin is left out.
 #[must_use]
 pub fn profile(board: &Board, milliseconds: u64) -> String {
     let counted = milliseconds.saturating_sub(SETTLING).max(1) as f64;

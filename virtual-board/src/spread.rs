@@ -1,5 +1,5 @@
 //! Smallest, median and largest of any number of values, exact, in little memory: how often each
-//! value came. What is measured here each millisecond takes few thousand different ones.
+//! value came. Measurements of each millisecond take few thousand different values.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What goes over the board's lines beside what it sends by itself.
+//! Traffic on the board's lines beside its own.
 
 use wire::dictionary::index;
 use wire::{Address, Foot, Pdo, Value};
@@ -8,13 +8,13 @@ use crate::part::can::Frame;
 use crate::scenario::{BEFORE_MS, Step};
 use crate::streams;
 
-/// How much there is to do on the lines.
+/// The traffic on the lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Traffic {
     /// The board's own frames, as it sends them by default.
     #[default]
     Own,
-    /// As on a robot with four feet and a curious master: over the serial line all streams; on CAN
+    /// As on a robot with four feet and a master that asks for settings: over the serial line all streams; on CAN
     /// three more feet that send as much as this one, and a SYNC each 10 ms; questions over both
     /// each 100 ms.
     Full,
@@ -25,7 +25,7 @@ const SYNC_MS: u64 = 10;
 const QUESTIONS_MS: u64 = 100;
 
 impl Traffic {
-    /// What comes in this millisecond.
+    /// Sends the traffic of this millisecond.
     pub fn act(self, board: &mut Board, ms: u64) {
         if self == Self::Own {
             return;
@@ -39,7 +39,7 @@ impl Traffic {
         let others = Foot::ALL.into_iter().skip(1).take(3);
         for foot in others {
             let id = Pdo::Contact.cob_id(foot.default_node_id());
-            // Whatever they send: a mixture of the time's bits.
+            // Arbitrary data: the bits of the time, mixed.
             let data = ms.wrapping_mul(0x9E37_79B9_7F4A_7C15).to_le_bytes();
             board.push_can(Frame::new(id, &data));
         }
@@ -47,7 +47,7 @@ impl Traffic {
             board.push_can(Frame::new(0x080, &[]));
         }
         if ms > BEFORE_MS && ms.is_multiple_of(QUESTIONS_MS) {
-            Step::Ask(Address::new(index::COUNTERS, 1)).act(board);
+            Step::Request(Address::new(index::COUNTERS, 1)).act(board);
             board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
         }
     }

@@ -92,7 +92,7 @@ const WORST: [Budget; 3] = [
 /// each second, and the heartbeat; over the serial line at 1 Mbaud contact and raw sample each tick
 /// and health each 10 ms, which takes 89 % of it.
 fn with_all_streams(elf: &[u8]) -> Value {
-    let gait = motion::gait(footfall::gait::GaitName::Walk, 4.0, 1);
+    let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
     streams::turn_all_on(&mut board).expect("it runs");
     let run = Run {
@@ -105,7 +105,7 @@ fn with_all_streams(elf: &[u8]) -> Value {
 /// The same, and on top of it what others send and ask.
 fn under_full_load(elf: &[u8]) -> Value {
     let seconds = MEASURED_UNDER_FULL_LOAD as f64 / 1.0e3;
-    let gait = motion::gait(footfall::gait::GaitName::Walk, seconds, 1);
+    let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
     let run = Run {
         milliseconds: MEASURED_UNDER_FULL_LOAD,
@@ -163,7 +163,7 @@ fn with_all_streams_on_the_product_keeps_its_budgets_and_the_readme_has_them() {
 }
 
 #[test]
-fn under_full_load_no_tick_is_long_and_no_estimate_late_and_the_readme_says_how_much() {
+fn under_full_load_no_tick_is_long_and_no_estimate_late_and_the_readme_has_the_numbers() {
     let Some(elf) = product() else { return };
     let report = under_full_load(&elf);
     let table = table("under full load", &WORST, &report);

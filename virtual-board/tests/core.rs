@@ -1,8 +1,8 @@
-//! The board's core proves itself: exceptions, masks, floats and faults as the architecture says.
+//! Validation of the board's core: exceptions, masks, floats and faults, by the architecture.
 
 mod common;
 
-use board_proofs::{Misdeed, Orbit, mailbox};
+use board_proofs::{Misuse, Orbit, mailbox};
 use common::{boot, build, image};
 use estimator_core::Params;
 use firmware::self_check;
@@ -63,7 +63,7 @@ fn nested_handlers_and_switched_threads_keep_every_bit_of_their_floats() {
         last.contains(&format!("shared {total} of {total} ")),
         "{last}"
     );
-    assert!(last.ends_with("offences 0"), "{last}");
+    assert!(last.ends_with("violations 0"), "{last}");
     let nested: u32 = last
         .split(' ')
         .nth(5)
@@ -104,7 +104,7 @@ fn a_stop_at_any_time_changes_nothing() {
     assert_eq!(whole.machine().exceptions, pieces.machine().exceptions);
 }
 
-fn ready_to(image: &Image, misdeed: Misdeed) -> Cpu {
+fn ready_to(image: &Image, misuse: Misuse) -> Cpu {
     let mut cpu = boot(image);
     for address in [
         mailbox::STARTS,
@@ -116,12 +116,12 @@ fn ready_to(image: &Image, misdeed: Misdeed) -> Cpu {
         cpu.memory().write(address, &[0; 4]);
     }
     cpu.memory()
-        .write(mailbox::MISDEED, &(misdeed as u32).to_le_bytes());
+        .write(mailbox::MISUSE, &(misuse as u32).to_le_bytes());
     cpu
 }
 
-fn misbehave(image: &Image, misdeed: Misdeed) -> Cpu {
-    let mut cpu = ready_to(image, misdeed);
+fn misbehave(image: &Image, misuse: Misuse) -> Cpu {
+    let mut cpu = ready_to(image, misuse);
     cpu.run_until(3 * time::PER_SECOND)
         .expect("nothing that is not modelled");
     cpu
@@ -132,27 +132,27 @@ fn noted(cpu: &mut Cpu, address: u32) -> u32 {
 }
 
 #[test]
-fn a_fault_tells_its_exact_instruction_and_status() {
+fn a_fault_reports_its_exact_instruction_and_status() {
     let image = image("board-proofs", "faults");
-    for (misdeed, place, handler, cfsr) in [
-        (Misdeed::Undefined, "undefined_here", 3, 1 << 16),
-        (Misdeed::Load, "load_here", 3, 1 << 15 | 1 << 9),
-        (Misdeed::Float, "float_here", 6, 1 << 19),
+    for (misuse, place, handler, cfsr) in [
+        (Misuse::Undefined, "undefined_here", 3, 1 << 16),
+        (Misuse::Load, "load_here", 3, 1 << 15 | 1 << 9),
+        (Misuse::Float, "float_here", 6, 1 << 19),
     ] {
-        let mut cpu = misbehave(&image, misdeed);
+        let mut cpu = misbehave(&image, misuse);
         let here = image.symbol(place).expect("a global symbol") & !1;
-        assert_eq!(noted(&mut cpu, mailbox::HANDLER), handler, "{misdeed:?}");
-        assert_eq!(noted(&mut cpu, mailbox::PC), here, "{misdeed:?}");
-        assert_eq!(noted(&mut cpu, mailbox::CFSR), cfsr, "{misdeed:?}");
+        assert_eq!(noted(&mut cpu, mailbox::HANDLER), handler, "{misuse:?}");
+        assert_eq!(noted(&mut cpu, mailbox::PC), here, "{misuse:?}");
+        assert_eq!(noted(&mut cpu, mailbox::CFSR), cfsr, "{misuse:?}");
         let forced = if handler == 3 { 1 << 30 } else { 0 };
-        assert_eq!(noted(&mut cpu, mailbox::HFSR), forced, "{misdeed:?}");
+        assert_eq!(noted(&mut cpu, mailbox::HFSR), forced, "{misuse:?}");
     }
 }
 
 #[test]
-fn a_store_to_nowhere_is_told_late_and_without_an_address() {
+fn a_store_without_memory_is_reported_late_and_without_an_address() {
     let image = image("board-proofs", "faults");
-    let mut cpu = misbehave(&image, Misdeed::Store);
+    let mut cpu = misbehave(&image, Misuse::Store);
     assert_eq!(noted(&mut cpu, mailbox::CFSR), 1 << 10);
     assert_eq!(noted(&mut cpu, mailbox::HFSR), 1 << 30);
     assert_ne!(noted(&mut cpu, mailbox::PC), 0);
@@ -161,7 +161,7 @@ fn a_store_to_nowhere_is_told_late_and_without_an_address() {
 #[test]
 fn an_address_without_the_thumb_bit_is_an_invalid_state() {
     let image = image("board-proofs", "faults");
-    let mut cpu = misbehave(&image, Misdeed::State);
+    let mut cpu = misbehave(&image, Misuse::State);
     assert_eq!(noted(&mut cpu, mailbox::CFSR), 1 << 17);
     assert_eq!(noted(&mut cpu, mailbox::PC), 0x0800_0400);
 }
@@ -169,7 +169,7 @@ fn an_address_without_the_thumb_bit_is_an_invalid_state() {
 #[test]
 fn a_fault_in_the_fault_handler_locks_the_core_up() {
     let image = image("board-proofs", "faults");
-    let cpu = misbehave(&image, Misdeed::LockUp);
+    let cpu = misbehave(&image, Misuse::LockUp);
     let here = image.symbol("undefined_here").expect("a global symbol") & !1;
     assert_eq!(cpu.state(), State::LockedUp { pc: here });
 }
@@ -177,7 +177,7 @@ fn a_fault_in_the_fault_handler_locks_the_core_up() {
 #[test]
 fn a_stack_that_leaves_ram_ends_in_a_fault() {
     let image = image("board-proofs", "faults");
-    let cpu = misbehave(&image, Misdeed::Overflow);
+    let cpu = misbehave(&image, Misuse::Overflow);
     assert!(!cpu.machine().faults.is_empty());
     assert!(
         matches!(cpu.state(), State::LockedUp { .. }),
@@ -223,9 +223,9 @@ fn a_kernel_has_as_many_instructions_as_stock_qemu_executes() {
 }
 
 #[test]
-fn a_watchdog_forgotten_resets_the_chip_and_says_so() {
+fn a_watchdog_that_is_not_fed_resets_the_chip_and_sets_its_flag() {
     let image = image("board-proofs", "faults");
-    let mut cpu = misbehave(&image, Misdeed::Watchdog);
+    let mut cpu = misbehave(&image, Misuse::Watchdog);
     assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);
     // PINRSTF and IWDGRSTF, and nothing of the power-on that was cleared.
     assert_eq!(noted(&mut cpu, mailbox::RESET_FLAGS) >> 24, 0x24);
@@ -239,9 +239,9 @@ fn a_watchdog_forgotten_resets_the_chip_and_says_so() {
 }
 
 #[test]
-fn a_reset_asked_for_says_so() {
+fn a_requested_reset_sets_its_flag() {
     let image = image("board-proofs", "faults");
-    let mut cpu = misbehave(&image, Misdeed::Reset);
+    let mut cpu = misbehave(&image, Misuse::Reset);
     assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);
     assert_eq!(noted(&mut cpu, mailbox::RESET_FLAGS) >> 24, 0x14);
 }
@@ -249,34 +249,24 @@ fn a_reset_asked_for_says_so() {
 #[test]
 fn misuse_ends_the_run_and_names_the_instruction_and_the_address() {
     let image = image("board-proofs", "faults");
-    for (misdeed, place, address, what) in [
+    for (misuse, place, address, what) in [
         (
-            Misdeed::Unclocked,
+            Misuse::Unclocked,
             "store_here",
             0x4002_0000,
             "GPIOA is not clocked",
         ),
-        (
-            Misdeed::Unmodelled,
-            "load_here",
-            0x4000_2800,
-            "not modelled",
-        ),
-        (Misdeed::Null, "load_here", 0, "null pointer"),
-        (
-            Misdeed::WaitStates,
-            "store_here",
-            0x4002_3808,
-            "wait states",
-        ),
+        (Misuse::Unmodelled, "load_here", 0x4000_2800, "not modelled"),
+        (Misuse::Null, "load_here", 0, "null pointer"),
+        (Misuse::WaitStates, "store_here", 0x4002_3808, "wait states"),
     ] {
-        let mut cpu = ready_to(&image, misdeed);
+        let mut cpu = ready_to(&image, misuse);
         let failure = cpu
             .run_until(time::PER_SECOND)
             .expect_err("the board has to stop");
         let here = image.symbol(place).expect("a global symbol") & !1;
-        assert_eq!(failure.pc, here, "{misdeed:?}: {failure}");
-        assert_eq!(failure.address, Some(address), "{misdeed:?}: {failure}");
-        assert!(failure.what.contains(what), "{misdeed:?}: {failure}");
+        assert_eq!(failure.pc, here, "{misuse:?}: {failure}");
+        assert_eq!(failure.address, Some(address), "{misuse:?}: {failure}");
+        assert!(failure.what.contains(what), "{misuse:?}: {failure}");
     }
 }

@@ -71,10 +71,10 @@ fn bytes(value: Value) -> Vec<u8> {
 }
 
 /// Sends a request: the answer, where one comes in time.
-fn ask(board: &mut Board, request: [u8; 8], patience_ms: u64) -> Option<[u8; 8]> {
+fn ask(board: &mut Board, request: [u8; 8], deadline_ms: u64) -> Option<[u8; 8]> {
     board.take_can();
     board.push_can(Frame::new(REQUEST, &request));
-    for _ in 0..4 * patience_ms {
+    for _ in 0..4 * deadline_ms {
         board.run_for(MILLISECOND / 4).expect("nothing is misused");
         let mut answers = board.take_can().into_iter();
         if let Some(sent) = answers.find(|sent| sent.frame.id == ANSWER) {
@@ -87,8 +87,8 @@ fn ask(board: &mut Board, request: [u8; 8], patience_ms: u64) -> Option<[u8; 8]>
 fn request(command: u8, address: Address, data: &[u8]) -> [u8; 8] {
     let [low, high] = address.index.to_le_bytes();
     let mut request = [command, low, high, address.subindex, 0, 0, 0, 0];
-    for (place, byte) in request[4..].iter_mut().zip(data) {
-        *place = *byte;
+    for (to, from) in request[4..].iter_mut().zip(data) {
+        *to = *from;
     }
     request
 }
@@ -118,15 +118,15 @@ fn is_left_out(address: Address, data: &[u8]) -> bool {
 fn walk(board: &mut Board, may_set: bool) -> usize {
     let mut requests = 0;
     for (address, entry) in dictionary::entries() {
-        let place = format!("{:04X}:{}", address.index, address.subindex);
+        let name = format!("{:04X}:{}", address.index, address.subindex);
         let read = request(0x40, address, &[]);
-        let answer = ask(board, read, PROMPT_MS).unwrap_or_else(|| panic!("{place}: no answer"));
+        let answer = ask(board, read, PROMPT_MS).unwrap_or_else(|| panic!("{name}: no answer"));
         assert_eq!(
             is_abort(&answer),
             entry.access == Access::Wo,
-            "{place}: read {answer:02x?}"
+            "{name}: read {answer:02x?}"
         );
-        let patience = match entry.role {
+        let deadline_ms = match entry.role {
             Role::Command => DONE_MS,
             _ => PROMPT_MS,
         };
@@ -135,29 +135,29 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
                 continue;
             }
             requests += 1;
-            let answer = ask(board, write(address, &data), patience)
-                .unwrap_or_else(|| panic!("{place}: no answer to {data:02x?}"));
+            let answer = ask(board, write(address, &data), deadline_ms)
+                .unwrap_or_else(|| panic!("{name}: no answer to {data:02x?}"));
             let taken = !is_abort(&answer);
-            assert!(answer[0] == 0x60 || !taken, "{place}: {answer:02x?}");
+            assert!(answer[0] == 0x60 || !taken, "{name}: {answer:02x?}");
             let value = Value::from_bytes(entry.data_type(), &data);
             let allowed = value.is_some_and(|value| entry.limits().check(value).is_ok());
             let is_writable = matches!(entry.access, Access::Wo | Access::Rw);
             assert!(
                 !taken || allowed && is_writable,
-                "{place}: {data:02x?} was taken"
+                "{name}: {data:02x?} was taken"
             );
-            let is_setting = matches!(entry.role, Role::Setting | Role::PdoCobId);
+            let is_setting = matches!(entry.role, Role::Setting(_) | Role::PdoCobId);
             assert!(
                 !taken || !is_setting || may_set,
-                "{place}: a setting changed while process data flow"
+                "{name}: a setting changed while process data flow"
             );
-            if taken && entry.role == Role::Setting {
+            if taken && matches!(entry.role, Role::Setting(_)) {
                 let answer = ask(board, read, PROMPT_MS).expect("an answer");
-                assert_eq!(answer[4..4 + data.len()], data[..], "{place} reads back");
+                assert_eq!(answer[4..4 + data.len()], data[..], "{name} reads back");
                 let back = ask(board, write(address, &bytes(entry.default)), PROMPT_MS);
                 assert!(
                     back.is_some_and(|answer| !is_abort(&answer)),
-                    "{place}: default"
+                    "{name}: default"
                 );
             }
         }
@@ -166,7 +166,7 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
 }
 
 #[test]
-fn every_boundary_value_of_every_entry_is_answered_in_every_state_and_the_board_goes_on() {
+fn every_boundary_value_of_every_entry_is_answered_in_every_state_and_the_board_continues() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(1_000 * MILLISECOND).expect("it runs");

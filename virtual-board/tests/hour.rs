@@ -7,7 +7,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use common::{directory, everything, product};
-use footfall::gait::GaitName;
+use gait::GaitName;
 use host_tests::committed::{assert_block, workspace};
 use serde_json::Value;
 use virtual_board::board::{Board, BoardOptions};

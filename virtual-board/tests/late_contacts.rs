@@ -1,4 +1,4 @@
-//! What a foot says of the contact is never old: not behind answers on the serial line, and not
+//! Contact frames are never old: not behind answers on the serial line, and not
 //! because of a load that is not sent any more.
 
 mod common;
@@ -6,7 +6,7 @@ mod common;
 use common::{boot_product, product};
 use estimator_core::Decision;
 use lsm6dsox::sim::PartFault as Sensor;
-use virtual_board::board::Fault;
+use virtual_board::board::Injection;
 use virtual_board::part::usart::TimedByte;
 use virtual_board::scenario::Step;
 use virtual_board::time::{PER_SECOND, to_us};
@@ -17,8 +17,8 @@ use wire::{AbortCode, Address, Value};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// How long a fault of the sensor cannot be seen, µs, as in the fault matrix: one tick, and what is
-/// on its way.
+/// How long a fault of the sensor cannot be detected, µs, as in the fault matrix: one tick, and the
+/// frames on their way.
 const ONE_TICK_US: f64 = 1_700.0;
 
 /// The messages in what was sent, with the times at which their last bytes had left.
@@ -48,7 +48,7 @@ fn last_stable_us(elf: &[u8], phase_us: u64) -> (f64, usize) {
     Step::Flood(1_000).act(&mut board);
     board.run_for(12 * MILLISECOND).expect("it runs");
     let at = board.now();
-    board.inject(Fault::Sensor(Sensor::MisoStuckLow));
+    board.inject(Injection::Sensor(Sensor::MisoStuckLow));
     board.run_for(20 * MILLISECOND).expect("it runs");
     let sent = messages(&board.take_uart());
     let is_answer = |message: &Message| matches!(message, Message::ConfigResponse(_));
@@ -95,7 +95,7 @@ fn at_a_slow_rate_every_contact_is_fresh_and_requests_are_still_answered() {
     board.run_for(500 * MILLISECOND).expect("it runs");
     board.take_uart();
     for _ in 0..5 {
-        Step::Ask(Address::new(index::IDENTITY, 1)).act(&mut board);
+        Step::Request(Address::new(index::IDENTITY, 1)).act(&mut board);
         board.run_for(100 * MILLISECOND).expect("it runs");
     }
     let sent = messages(&board.take_uart());
@@ -125,7 +125,7 @@ fn set(address: Address, value: Value) -> Message {
 }
 
 #[test]
-fn a_load_cannot_be_believed_for_ever() {
+fn a_load_that_is_not_sent_any_more_expires() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");

@@ -17,7 +17,7 @@ fn chosen() -> Vec<&'static Scenario> {
 }
 
 #[test]
-fn every_fault_is_told_and_recovered_from_and_no_frame_says_stable_without_data() {
+fn every_fault_is_reported_and_recovered_from_and_no_frame_says_stable_on_invalid_data() {
     let Some(elf) = product() else { return };
     let chosen = chosen();
     let rows = scenario::matrix(&elf, Corner::Typical, &chosen);
@@ -25,7 +25,7 @@ fn every_fault_is_told_and_recovered_from_and_no_frame_says_stable_without_data(
     let mut wrong = Vec::new();
     for (scenario, outcome) in &rows {
         table += &scenario::row(scenario, outcome);
-        wrong.extend(outcome.objections.iter().cloned());
+        wrong.extend(outcome.violations.iter().cloned());
     }
     assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
     println!("{table}");
@@ -49,13 +49,13 @@ fn every_fault_is_survived_in_every_corner_of_the_chip() {
     let mut wrong = Vec::new();
     for corner in [Corner::Fast, Corner::Slow] {
         let rows = scenario::matrix(&elf, corner, &chosen());
-        let objections = rows.iter().flat_map(|(_, outcome)| &outcome.objections);
-        let objections: Vec<String> = objections
+        let violations = rows.iter().flat_map(|(_, outcome)| &outcome.violations);
+        let violations: Vec<String> = violations
             .map(|text| format!("{}: {text}", corner.name()))
             .collect();
-        let count = objections.len();
+        let count = violations.len();
         table += &format!("| {} | {} | {count} |\n", corner.name(), rows.len());
-        wrong.extend(objections);
+        wrong.extend(violations);
     }
     assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
     if is_built_here() && chosen().len() == scenario::ALL.len() {

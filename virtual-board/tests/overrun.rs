@@ -1,4 +1,4 @@
-//! Frames that come faster than the foot takes them are lost, and that is told.
+//! Frames that come faster than the foot takes them are lost, and the loss is reported.
 
 mod common;
 
@@ -9,8 +9,8 @@ use wire::{Emergency, Fault};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// Sends so many SYNCs one after the other, so long after a tick: how many of them were lost, and
-/// whether that was told.
+/// Sends `syncs` SYNCs one after the other, `after_tick` after a tick: the number lost, and whether
+/// the loss was reported.
 fn flood(elf: &[u8], syncs: usize, after_tick: u64) -> (u64, bool) {
     let mut board = boot_product(elf);
     board
@@ -21,23 +21,23 @@ fn flood(elf: &[u8], syncs: usize, after_tick: u64) -> (u64, bool) {
         board.push_can(Frame::new(0x080, &[]));
     }
     board.run_for(100 * MILLISECOND).expect("it runs");
-    let told = board
+    let reported = board
         .take_can()
         .iter()
         .filter(|sent| sent.frame.id == 0x091)
         .filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
         .any(|data| Emergency::decode(&data).fault == Some(Fault::CanOverrun));
-    (board.can_overruns(), told)
+    (board.can_overruns(), reported)
 }
 
 #[test]
-fn every_loss_of_a_frame_is_told_and_nothing_else_is() {
+fn every_loss_of_a_frame_is_reported_and_nothing_else_is() {
     let Some(elf) = product() else { return };
     let mut losses = 0;
     for syncs in [16, 22, 26, 30] {
         for after_tick in [0, MILLISECOND / 5, 3 * MILLISECOND / 5] {
-            let (lost, told) = flood(&elf, syncs, after_tick);
-            assert_eq!(told, lost > 0, "{lost} lost of {syncs}");
+            let (lost, reported) = flood(&elf, syncs, after_tick);
+            assert_eq!(reported, lost > 0, "{lost} lost of {syncs}");
             losses += usize::from(lost > 0);
         }
     }

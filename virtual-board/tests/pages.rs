@@ -1,4 +1,4 @@
-//! The pages with the settings: anything in them at power-up, and a store cut off at each of its
+//! The settings pages: arbitrary bytes in them at power-up, and a store cut off at each of its
 //! operations.
 
 mod common;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use common::{boot_product, everything, product};
-use virtual_board::board::Fault;
+use virtual_board::board::Injection;
 use virtual_board::corner::Corner;
 use virtual_board::scenario::{Scenario, Step};
 use virtual_board::time;
@@ -19,10 +19,10 @@ const ESTIMATE: u32 = 0x191;
 /// Seeds of garbage.
 const SEEDS: u64 = 40;
 
-/// Of a store's operations every so many is cut by default; all of them with `FOOTFALL_HOUR=1`.
+/// By default one of this many operations of a store is cut; all of them with `FOOTFALL_HOUR=1`.
 const STRIDE: u64 = 9;
 
-/// Runs `act` for each number on all cores: what it says, in order.
+/// Runs `act` for each number on all cores: its violations, in order.
 fn on_all_cores(numbers: &[u64], act: impl Fn(u64) -> Vec<String> + Sync) -> Vec<String> {
     let next = AtomicU64::new(0);
     let all = Mutex::new(Vec::new());
@@ -31,9 +31,9 @@ fn on_all_cores(numbers: &[u64], act: impl Fn(u64) -> Vec<String> + Sync) -> Vec
             scope.spawn(|| {
                 while let Some(&number) = numbers.get(next.fetch_add(1, Ordering::Relaxed) as usize)
                 {
-                    let said = act(number);
-                    let said = said.into_iter().map(|said| format!("{number}: {said}"));
-                    all.lock().expect("no thread panicked").extend(said);
+                    let found = act(number);
+                    let found = found.into_iter().map(|text| format!("{number}: {text}"));
+                    all.lock().expect("no thread panicked").extend(found);
                 }
             });
         }
@@ -44,12 +44,12 @@ fn on_all_cores(numbers: &[u64], act: impl Fn(u64) -> Vec<String> + Sync) -> Vec
 }
 
 #[test]
-fn the_board_starts_with_anything_in_its_pages_of_settings() {
+fn the_board_starts_with_arbitrary_bytes_in_its_settings_pages() {
     let Some(elf) = product() else { return };
     let seeds: Vec<u64> = (1..=SEEDS).collect();
     let wrong = on_all_cores(&seeds, |seed| {
         let mut board = boot_product(&elf);
-        board.inject(Fault::SettingsGarbage(seed));
+        board.inject(Injection::SettingsGarbage(seed));
         let mut wrong = Vec::new();
         // Both pages may have to be erased.
         if let Err(failure) = board.run_for(2_500 * MILLISECOND) {
@@ -82,9 +82,9 @@ fn a_store_that_erases_may_be_cut_off_at_any_operation() {
     let cuts: Vec<u64> = (1..=operations).step_by(stride as usize).collect();
     println!("{} of {operations} operations", cuts.len());
     let wrong = on_all_cores(&cuts, |operation| {
-        let cut = Step::Wrong(Fault::CutInFlash(operation));
+        let cut = Step::Inject(Injection::CutInFlash(operation));
         match row.run_steps(&elf, &[cut, Step::StoreStopped], 0, Corner::Typical) {
-            Ok(outcome) => outcome.objections,
+            Ok(outcome) => outcome.violations,
             Err(problem) => vec![problem.to_string()],
         }
     });

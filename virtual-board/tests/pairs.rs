@@ -1,6 +1,6 @@
-//! Every ordered pair of faults, at once and 12 ms apart: by default a few of them, with
-//! `FOOTFALL_PAIRS=1` in the environment all, and the README says what came of them; with another
-//! number N one in N, with names divided by commas these.
+//! Every ordered pair of faults, at once and 12 ms apart. By default a few of them run; with
+//! `FOOTFALL_PAIRS=1` in the environment all, and the README gets the result; with another number N
+//! one in N; with names divided by commas these.
 
 mod common;
 
@@ -15,7 +15,7 @@ use virtual_board::scenario::pairs::{self, Pair};
 /// By default one in this many: prime, so that all kinds come.
 const STRIDE: usize = 97;
 
-/// Runs pairs on all cores: the names of those with objections, and these.
+/// Runs pairs on all cores: the names of those with violations, and these.
 fn run(elf: &[u8], pairs: &[Pair]) -> Vec<(String, Vec<String>)> {
     let next = AtomicUsize::new(0);
     let wrong = Mutex::new(Vec::new());
@@ -23,13 +23,13 @@ fn run(elf: &[u8], pairs: &[Pair]) -> Vec<(String, Vec<String>)> {
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
             scope.spawn(|| {
                 while let Some(pair) = pairs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let objections = match pair.run(elf) {
-                        Ok(outcome) => outcome.objections,
+                    let violations = match pair.run(elf) {
+                        Ok(outcome) => outcome.violations,
                         Err(problem) => vec![problem.to_string()],
                     };
-                    if !objections.is_empty() {
+                    if !violations.is_empty() {
                         let mut wrong = wrong.lock().expect("no thread panicked");
-                        wrong.push((pair.name(), objections));
+                        wrong.push((pair.name(), violations));
                     }
                 }
             });
@@ -56,7 +56,7 @@ fn two_faults_at_once_or_shortly_after_each_other_are_survived() {
     assert!(wrong.is_empty(), "{} pairs: {wrong:#?}", wrong.len());
     if chosen.len() == all.len() && is_built_here() {
         let text = format!(
-            "All {} ordered pairs of faults, at once and 12 ms apart: no frame said \"stable\" without data, and all was well afterwards.\n",
+            "All {} ordered pairs of faults, at once and 12 ms apart: no frame said \"stable\" on invalid data, and the board recovered.\n",
             all.len()
         );
         assert_block("virtual-board/README.md", "pairs", &text);

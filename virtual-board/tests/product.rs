@@ -3,10 +3,10 @@
 mod common;
 
 use common::{MILLISECOND, boot_product, directory, options, product, run};
-use virtual_board::board::{Board, BoardOptions, Fault};
+use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::motion;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
-use virtual_board::report::{self, Deed, Run};
+use virtual_board::report::{self, Action, Run};
 use virtual_board::scenario::Step;
 use virtual_board::traffic::Traffic;
 
@@ -83,16 +83,16 @@ fn two_runs_give_identical_bytes_at_identical_times() {
 }
 
 #[test]
-fn it_comes_back_from_bus_off() {
+fn it_recovers_from_bus_off() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     run(&mut board, 1_500);
-    board.inject(Fault::Bus(BusFault::Shorted));
+    board.inject(Injection::Bus(BusFault::Shorted));
     run(&mut board, 200);
     let (_, _, off) = board.cpu().machine().chip.can.errors();
     assert!(off, "a shorted bus has to end in bus-off");
     board.take_can();
-    board.inject(Fault::Clear);
+    board.inject(Injection::Clear);
     run(&mut board, 300);
     let frames = board.take_can();
     assert!(
@@ -100,20 +100,23 @@ fn it_comes_back_from_bus_off() {
         "{} estimates",
         of(&frames, ESTIMATE).len()
     );
-    assert!(!of(&frames, EMERGENCY).is_empty(), "bus-off was not told");
+    assert!(
+        !of(&frames, EMERGENCY).is_empty(),
+        "bus-off was not reported"
+    );
 }
 
 #[test]
-fn it_goes_on_without_anybody_who_acknowledges_and_under_a_full_bus() {
+fn it_continues_without_an_acknowledge_and_under_a_full_bus() {
     let Some(elf) = product() else { return };
     for fault in [BusFault::NoAcknowledge, BusFault::Saturated] {
         let mut board = boot_product(&elf);
         run(&mut board, 1_000);
-        board.inject(Fault::Bus(fault));
+        board.inject(Injection::Bus(fault));
         run(&mut board, 500);
         board.take_can();
         board.take_uart();
-        board.inject(Fault::Clear);
+        board.inject(Injection::Clear);
         run(&mut board, 500);
         assert_eq!(board.resets(), [], "{fault:?}");
         assert!(
@@ -141,7 +144,7 @@ fn it_measures_without_its_crystal_and_stays_off_the_bus() {
 }
 
 fn walking(elf: &[u8], seconds: f64) -> Board {
-    let gait = motion::gait(footfall::gait::GaitName::Walk, seconds, 1);
+    let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits the flash")
 }
 
@@ -178,9 +181,9 @@ fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
     let run = Run {
         milliseconds: 1_500,
         faults: vec!["frozen@1000".into()],
-        deeds: vec![Deed {
+        actions: vec![Action {
             ms: 1_000,
-            step: Step::Wrong(Fault::Sensor(lsm6dsox::sim::PartFault::FrozenOutput)),
+            step: Step::Inject(Injection::Sensor(lsm6dsox::sim::PartFault::FrozenOutput)),
         }],
         traffic: Traffic::Full,
     };

@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use common::{directory, everything, is_built_here, product};
-use footfall::input::Format;
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
+use recordings::input::Format;
 use virtual_board::board::{Board, BoardOptions};
 use virtual_board::recorded;
 use virtual_board::report::{self, Run};
@@ -115,14 +115,14 @@ fn every_estimate_of_every_recording_has_the_bits_that_the_host_computes_from_th
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
             scope.spawn(|| {
                 loop {
-                    let place = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(which) = RECORDINGS.get(place) else {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(which) = RECORDINGS.get(index) else {
                         break;
                     };
                     let row = play(&elf, which);
                     rows.lock()
                         .expect("no thread has failed")
-                        .push((place, row));
+                        .push((index, row));
                 }
             });
         }

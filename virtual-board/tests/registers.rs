@@ -3,7 +3,7 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::board::{Board, Fault};
+use virtual_board::board::{Board, Injection};
 use virtual_board::part::can::{BusFault, Frame};
 use virtual_board::part::usart::TimedByte;
 use virtual_board::time::PER_SECOND;
@@ -20,7 +20,7 @@ const PLLQ: u32 = 0xF << 24;
 const CAN_MCR: u32 = 0x00;
 const TTCM: u32 = 1 << 7;
 
-/// How the host tells the target to wait where the buffer of the log is full (SEGGER RTT).
+/// The host's request that the target waits where the buffer of the log is full (SEGGER RTT).
 const BLOCK_IF_FULL: u32 = 2;
 
 /// From the start of the RTT control block, in its first channel: the buffer's size, the target's
@@ -64,11 +64,11 @@ fn no_register_holds_a_value_that_the_manual_forbids() {
 fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
-    board.inject(Fault::Bus(BusFault::Shorted));
+    board.inject(Injection::Bus(BusFault::Shorted));
     board.run_for(500 * MILLISECOND).expect("it runs");
-    let told = lines(&board.take_uart());
+    let sent = lines(&board.take_uart());
     let name = wire::Fault::CanBusOff.name();
-    assert!(told.iter().any(|line| line == name), "{told:?}");
+    assert!(sent.iter().any(|line| line == name), "{sent:?}");
     assert_eq!(board.take_can(), []);
     // A reset of the communication leaves the bus and joins it again, or tries to.
     for command in [Command::ResetCommunication, Command::StartRemoteNode] {
@@ -77,7 +77,7 @@ fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
         board.run_for(250 * MILLISECOND).expect("it runs");
     }
     assert_eq!(board.resets(), []);
-    board.inject(Fault::Clear);
+    board.inject(Injection::Clear);
     board.run_for(500 * MILLISECOND).expect("it runs");
     let sent = board.take_can().len();
     assert!(sent > 400, "{sent} frames");
@@ -113,7 +113,7 @@ fn a_probe_that_is_pulled_does_not_stop_the_foot() {
 }
 
 #[test]
-fn a_frame_whose_length_says_more_than_eight_bytes_has_eight_and_stops_nothing() {
+fn a_frame_with_a_length_code_above_eight_bytes_has_eight_and_stops_nothing() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");

@@ -1,22 +1,21 @@
-//! A sensor that is half dead, or has had a register changed behind the driver's back: the ELF says
-//! so within its bound, and never calls the foot stable on such data afterwards.
+//! A sensor that has partly failed, or lost a register's value: the ELF reports it within its bound, and never calls the foot stable on such data afterwards.
 
 mod common;
 
 use common::{MILLISECOND, options, product, run};
 use lsm6dsox::sim::{Axis, PartFault as SensorFault, Stimulus};
 use lsm6dsox::{Sensor, register};
-use virtual_board::board::{Board, BoardOptions, Fault};
+use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::parity;
 use virtual_board::part::can::TimedFrame;
 use virtual_board::time::to_us;
-use wire::{Emergency, Fault as Reported};
+use wire::{Emergency, Fault};
 
 /// Function codes of `CANopen`; the node's number is added.
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 
-/// When it goes wrong, ms: the foot stands and says "stable" by then.
+/// When the fault is injected, ms: the foot stands and says "stable" by then.
 const BEGIN_MS: u64 = 1_500;
 
 /// The estimate of a tick leaves in the next one at the latest.
@@ -42,7 +41,7 @@ fn emergencies(frames: &[TimedFrame]) -> Vec<Emergency> {
         .collect()
 }
 
-/// What was sent after `fault` came while the foot began to move as `moves` says, for `ms`.
+/// The frames sent within `ms` of `faults`, while the foot moves by `moves`.
 fn after(elf: &[u8], moves: Stimulus, faults: &[SensorFault], ms: u64) -> (Board, Vec<TimedFrame>) {
     let begin = BEGIN_MS as f64 / 1000.0;
     let motion = move |t: f64| if t < begin { Stimulus::REST } else { moves };
@@ -51,7 +50,7 @@ fn after(elf: &[u8], moves: Stimulus, faults: &[SensorFault], ms: u64) -> (Board
     let before = board.take_can();
     assert!(of(&before, ESTIMATE).last().is_some_and(is_stable));
     for fault in faults {
-        board.inject(Fault::Sensor(*fault));
+        board.inject(Injection::Sensor(*fault));
     }
     run(&mut board, ms);
     let frames = board.take_can();
@@ -80,7 +79,7 @@ const fn stuck(sensor: Sensor, axis: Axis, code: i16) -> SensorFault {
 }
 
 #[test]
-fn a_foot_that_moves_with_a_half_dead_sensor_is_not_called_stable_and_the_axes_are_named() {
+fn a_foot_that_moves_with_a_partly_failed_sensor_is_not_called_stable_and_the_axes_are_named() {
     let Some(elf) = product() else { return };
     // 0.2 rad/s are 164 codes of 70 m°/s.
     for (name, moves, fault, axes, within_ms) in [
@@ -124,7 +123,7 @@ fn a_foot_that_moves_with_a_half_dead_sensor_is_not_called_stable_and_the_axes_a
         let reported = emergencies(&frames);
         let first = reported.iter().find(|emergency| emergency.code != 0);
         let first = first.map(|emergency| (emergency.fault, emergency.detail));
-        assert_eq!(first, Some((Some(Reported::SensorFrozen), axes)), "{name}");
+        assert_eq!(first, Some((Some(Fault::SensorFrozen), axes)), "{name}");
         let deadline = (BEGIN_MS + within_ms + LAG_MS) * MILLISECOND;
         let late: Vec<_> = of(&frames, ESTIMATE)
             .filter(|sent| sent.time > deadline)
@@ -139,11 +138,11 @@ fn a_foot_that_moves_with_a_half_dead_sensor_is_not_called_stable_and_the_axes_a
 }
 
 #[test]
-fn a_sensor_that_was_half_dead_is_believed_again() {
+fn a_sensor_that_had_partly_failed_is_used_again() {
     let Some(elf) = product() else { return };
     let fault = stuck(Sensor::Gyro, Axis::Y, 0);
     let (mut board, _) = after(&elf, Stimulus::REST, &[fault], 300);
-    board.inject(Fault::Clear);
+    board.inject(Injection::Clear);
     run(&mut board, 2_500);
     let frames = board.take_can();
     assert!(of(&frames, ESTIMATE).last().is_some_and(is_stable));
@@ -155,7 +154,7 @@ fn a_sensor_that_was_half_dead_is_believed_again() {
 }
 
 #[test]
-fn a_register_that_changes_behind_the_drivers_back_is_noticed_and_put_right() {
+fn a_register_that_changes_by_itself_is_detected_and_corrected() {
     let Some(elf) = product() else { return };
     for (register, bits) in [
         (register::CTRL5_C, 0b01),
@@ -182,7 +181,7 @@ fn a_register_that_changes_behind_the_drivers_back_is_noticed_and_put_right() {
         assert!(
             matches!(
                 named,
-                Some(Reported::SensorConfigMismatch | Reported::SensorWrongId)
+                Some(Fault::SensorConfigMismatch | Fault::SensorWrongId)
             ),
             "{name}: {reported:?}"
         );
@@ -209,7 +208,7 @@ fn a_bias_that_is_too_large_to_be_learnt_is_reported_with_its_value() {
         let frames = board.take_can();
         let mut reported = emergencies(&frames);
         // The slowest specimen begins with read errors, until its bus is slowed down.
-        reported.retain(|emergency| emergency.fault == Some(Reported::GyroBias));
+        reported.retain(|emergency| emergency.fault == Some(Fault::GyroBias));
         let [emergency] = reported[..] else {
             panic!("{dps} °/s: {reported:?}");
         };
@@ -239,7 +238,7 @@ fn the_bus_runs_at_half_its_rate_with_a_late_data_line_or_without_the_crystal() 
     let mut board = run_with(BoardOptions::default());
     let full = burst_us(&mut board);
     assert!((13.6..17.0).contains(&full), "10 MHz: {full} µs");
-    board.inject(Fault::Sensor(SensorFault::SdoDelay { ns: 55 }));
+    board.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 55 }));
     run(&mut board, 1_000);
     let late = burst_us(&mut board);
     assert!((27.2..31.0).contains(&late), "late data line: {late} µs");

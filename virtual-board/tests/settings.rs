@@ -3,7 +3,7 @@
 mod common;
 
 use common::{boot_product, options, product, run, watch};
-use virtual_board::board::{Board, Fault};
+use virtual_board::board::{Board, Injection};
 use virtual_board::corner::Corner;
 use virtual_board::part::can::Frame;
 use virtual_board::part::rcc::ResetCause;
@@ -143,7 +143,7 @@ fn a_store_that_erases_is_refused_while_data_go_out_answered_otherwise_and_the_f
         assert_eq!(board.resets(), [], "{erasing}");
         assert_eq!(codes, Vec::<u16>::new(), "{erasing}");
         assert!((998..=1002).contains(&contacts), "{contacts}");
-        board.inject(Fault::Reset);
+        board.inject(Injection::Reset);
         run(&mut board, 500);
         let expected = if erasing == "a store" { 77.0 } else { 1.0 };
         assert!((scale(&mut board) - expected).abs() < 1.0e-6, "{erasing}");
@@ -196,7 +196,7 @@ fn a_store_that_erases_cut_anywhere_leaves_the_old_settings_or_the_new() {
         run(&mut board, 300);
         command(&mut board, PRE_OPERATIONAL);
         set_scale(&mut board, 55.0);
-        board.inject(Fault::CutInFlash(operation));
+        board.inject(Injection::CutInFlash(operation));
         board.push_can(Frame::new(
             0x611,
             &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'],
@@ -217,7 +217,7 @@ fn a_store_that_erases_cut_anywhere_leaves_the_old_settings_or_the_new() {
 }
 
 #[test]
-fn pages_full_of_anything_are_reported_until_settings_are_stored() {
+fn pages_of_arbitrary_bytes_are_reported_until_settings_are_stored() {
     let Some(elf) = product() else { return };
     for seed in 0..12_u32 {
         let mut state = seed.wrapping_mul(0x9E37_79B9) | 1;
@@ -238,7 +238,7 @@ fn pages_full_of_anything_are_reported_until_settings_are_stored() {
             assert!(codes.contains(&corrupted), "seed {seed}, start {start}");
             assert!(contacts > 300, "seed {seed}: {contacts} contacts");
             assert!(pages(&mut board) == bytes, "a start writes no flash");
-            board.inject(Fault::Reset);
+            board.inject(Injection::Reset);
         }
         run(&mut board, 300);
         command(&mut board, PRE_OPERATIONAL);
@@ -248,7 +248,7 @@ fn pages_full_of_anything_are_reported_until_settings_are_stored() {
             Some(WRITTEN),
             "seed {seed}"
         );
-        board.inject(Fault::Reset);
+        board.inject(Injection::Reset);
         let (codes, _) = watch(&mut board, 500);
         assert!(!codes.contains(&corrupted), "seed {seed}: {codes:x?}");
         assert!((scale(&mut board) - 9.0).abs() < 1.0e-6, "seed {seed}");
@@ -276,7 +276,7 @@ fn one_cleared_bit_where_the_record_goes_loses_no_settings() {
         command(&mut board, PRE_OPERATIONAL);
         set_scale(&mut board, 3.0);
         assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
-        board.inject(Fault::BrownOut);
+        board.inject(Injection::BrownOut);
         run(&mut board, 500);
         assert!((scale(&mut board) - 3.0).abs() < 1.0e-6, "byte {at}");
     }
@@ -288,7 +288,7 @@ fn damaged_settings_are_reported_after_a_reset_of_the_communication_too() {
     let mut board = board(&elf);
     run(&mut board, 300);
     assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
-    board.inject(Fault::SettingsDamaged);
+    board.inject(Injection::SettingsDamaged);
     board.push_can(Frame::new(0x000, &[RESET_COMMUNICATION, 0x11]));
     let (codes, _) = watch(&mut board, 200);
     assert_eq!(codes, [wire::Fault::ConfigCorrupted.code()]);

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::board::Fault;
+use virtual_board::board::Injection;
 use virtual_board::part::rcc::ResetCause;
 use virtual_board::time::PER_SECOND;
 
@@ -17,7 +17,7 @@ fn a_hang_at_any_moment_of_the_start_is_ended_by_the_watchdog() {
     ] {
         let mut board = boot_product(&elf);
         board.run_for(hang_us * MICROSECOND).expect("it runs");
-        board.inject(Fault::Hang);
+        board.inject(Injection::Hang);
         board.run_for(3 * PER_SECOND).expect("it runs");
         let causes: Vec<_> = board.resets().iter().map(|(_, cause)| *cause).collect();
         assert_eq!(causes, [ResetCause::Watchdog], "at {hang_us} µs");

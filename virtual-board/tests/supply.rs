@@ -3,7 +3,7 @@
 mod common;
 
 use common::{boot_product, product, run};
-use virtual_board::board::{Board, Fault};
+use virtual_board::board::{Board, Injection};
 use virtual_board::part::can::Frame;
 use wire::Emergency;
 use wire::dictionary::{SIGNATURE_BROWN_OUT, SIGNATURE_STORE, index};
@@ -16,7 +16,8 @@ const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
 fn ask(board: &mut Board, request: &[u8; 8]) -> ([u8; 8], Vec<Emergency>) {
     board.take_can();
     board.push_can(Frame::new(0x611, request));
-    run(board, 700);
+    // The option bytes take as long as an erase by bytes: 0.8 s at most.
+    run(board, 1_000);
     let frames = board.take_can();
     let data = |id: u32| {
         let of = frames.iter().filter(move |sent| sent.frame.id == id);
@@ -60,38 +61,38 @@ fn the_brown_out_level_is_off_as_delivered_and_set_for_good_on_request() {
         let late = |e: &Emergency| e.code == 0 || e.fault == Some(wire::Fault::LateTick);
         assert!(emergencies.iter().all(late), "{emergencies:?}");
     }
-    board.inject(Fault::BrownOut);
+    board.inject(Injection::BrownOut);
     run(&mut board, 300);
     assert_eq!(level(&mut board), 3);
     // From now on a dip resets it.
     let resets = board.resets().len();
-    board.inject(Fault::Supply(2_600));
+    board.inject(Injection::Supply(2_600));
     run(&mut board, 300);
     assert_eq!(board.resets().len(), resets + 1);
 }
 
 #[test]
-fn below_2_7_v_nothing_is_stored_and_the_answer_says_so() {
+fn below_2_7_v_nothing_is_stored_and_the_answer_reports_it() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     run(&mut board, 300);
     pre_operational(&mut board);
     let blank = board.settings();
-    board.inject(Fault::Supply(2_600));
+    board.inject(Injection::Supply(2_600));
     for request in [
         write(index::STORE, 1, SIGNATURE_STORE),
         write(index::SUPPLY, 2, SIGNATURE_BROWN_OUT),
     ] {
         let (answer, emergencies) = ask(&mut board, &request);
         assert_eq!((answer[0], &answer[4..]), (0x80, &HARDWARE[..]));
-        let told: Vec<_> = emergencies.iter().map(|e| (e.fault, e.detail)).collect();
+        let reported: Vec<_> = emergencies.iter().map(|e| (e.fault, e.detail)).collect();
         if request[1..3] == index::STORE.to_le_bytes() {
-            assert_eq!(told, [(Some(wire::Fault::ConfigStore), 1)]);
+            assert_eq!(reported, [(Some(wire::Fault::ConfigStore), 1)]);
         }
     }
     assert!(board.settings() == blank);
     assert_eq!(level(&mut board), 0);
-    board.inject(Fault::Supply(3_300));
+    board.inject(Injection::Supply(3_300));
     let (answer, _) = ask(&mut board, &write(index::STORE, 1, SIGNATURE_STORE));
     assert_eq!(answer[0], WRITTEN);
     assert!(board.settings() != blank);

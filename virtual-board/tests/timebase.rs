@@ -1,9 +1,9 @@
-//! The timer that is master of the sampling goes on, however long the core was held up.
+//! The timer that is master of the sampling continues, however long the core was held up.
 
 mod common;
 
 use common::{MILLISECOND, boot_product, product, watch};
-use virtual_board::board::{Board, Fault};
+use virtual_board::board::{Board, Injection};
 use virtual_board::time::PER_SECOND;
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;
@@ -13,7 +13,7 @@ fn hold_up(board: &mut Board, duration: u64) {
 }
 
 #[test]
-fn whatever_holds_the_core_up_the_next_tick_comes_and_lost_ones_are_reported() {
+fn however_long_the_core_is_held_up_the_next_tick_comes_and_lost_ones_are_reported() {
     let Some(elf) = product() else { return };
     let late = wire::Fault::LateTick.code();
     let mut board = boot_product(&elf);
@@ -49,7 +49,7 @@ fn a_debuggers_halt_resets_nothing_and_loses_no_tick() {
     let mut board = boot_product(&elf);
     watch(&mut board, 500);
     for halted_ms in [1, 3, 100, 5_000] {
-        board.inject(Fault::DebuggerHalt(halted_ms));
+        board.inject(Injection::DebuggerHalt(halted_ms));
         let (codes, _) = watch(&mut board, u64::from(halted_ms) + 200);
         let late = wire::Fault::LateTick.code();
         assert!(!codes.contains(&late), "{halted_ms} ms: {codes:x?}");

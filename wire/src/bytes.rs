@@ -69,8 +69,8 @@ impl<'a> Writer<'a> {
 
     pub(crate) fn bytes(&mut self, bytes: &[u8]) {
         match core::mem::take(&mut self.rest).split_at_mut_checked(bytes.len()) {
-            Some((place, rest)) => {
-                place.copy_from_slice(bytes);
+            Some((head, rest)) => {
+                head.copy_from_slice(bytes);
                 self.rest = rest;
             }
             None => self.overflowed = true,
@@ -80,8 +80,8 @@ impl<'a> Writer<'a> {
     /// The same for a number of bytes that the compiler knows: one store.
     fn array<const N: usize>(&mut self, bytes: [u8; N]) {
         match core::mem::take(&mut self.rest).split_first_chunk_mut() {
-            Some((place, rest)) => {
-                *place = bytes;
+            Some((head, rest)) => {
+                *head = bytes;
                 self.rest = rest;
             }
             None => self.overflowed = true,

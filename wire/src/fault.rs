@@ -1,4 +1,4 @@
-//! Faults, and the emergency message (EMCY) that tells of each.
+//! Faults, one row each, and the emergency message (EMCY) that reports them.
 //!
 //! | bytes | field |
 //! |---|---|
@@ -9,175 +9,137 @@
 
 use canopen_rs::emcy::{EmergencyMessage, ErrorRegister};
 
-/// Something is wrong with the board.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+/// The enumeration and what is said of each fault, from one row per fault: its number, emergency code
+/// and name, the bit that it sets in the error register, what it means for the estimate, and what the
+/// detail of its emergency message is.
+///
+/// The first digits of a code are the class that CiA 301 gives it (table 26): 5 hardware, 6 software,
+/// 7 additional modules, 8 monitoring, FF device specific; 0x6300, 0x8110, 0x8120, 0x8140 and 0x8210
+/// have their meaning from there.
+macro_rules! faults {
+    ($(
+        $(#[$doc:meta])*
+        $variant:ident = $number:literal, $code:literal, $name:literal, $register:ident, $estimate:ident, $detail:literal;
+    )*) => {
+        /// Something is wrong with the board.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Fault {
+            $($(#[$doc])* $variant = $number,)*
+        }
+
+        impl Fault {
+            /// All faults, in the order of their numbers.
+            pub const ALL: [Self; [$($number),*].len()] = [$(Self::$variant),*];
+
+            /// The emergency code.
+            #[must_use]
+            pub const fn code(self) -> u16 {
+                match self {
+                    $(Self::$variant => $code,)*
+                }
+            }
+
+            /// What it is, in a few words.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+
+            /// What the detail of its emergency message is.
+            #[must_use]
+            pub const fn detail(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $detail,)*
+                }
+            }
+
+            /// The bits it sets in the error register, beside the generic one.
+            #[must_use]
+            pub const fn register_bits(self) -> u8 {
+                match self {
+                    $(Self::$variant => ErrorRegister::$register,)*
+                }
+            }
+
+            /// Whether an estimate cannot be believed while it lasts: the motion itself is not known.
+            #[must_use]
+            pub const fn voids_estimate(self) -> bool {
+                match self {
+                    $(Self::$variant => voids!($estimate),)*
+                }
+            }
+        }
+    };
+}
+
+macro_rules! voids {
+    (void) => {
+        true
+    };
+    (unaffected) => {
+        false
+    };
+}
+
+faults! {
     /// The sensor gives no data-ready edge.
-    SensorSilent,
+    SensorSilent = 0, 0x7001, "sensor silent", MANUFACTURER, void, "how long, µs";
     /// The sensor repeats its readings, on every axis or on some.
-    SensorFrozen,
+    SensorFrozen = 1, 0x7002, "sensor frozen", MANUFACTURER, void, "bit i: axis i repeats, in the order ax ay az wx wy wz";
     /// The sensor's `WHO_AM_I` is not that of the part.
-    SensorWrongId,
+    SensorWrongId = 2, 0x7003, "sensor has a wrong WHO_AM_I", MANUFACTURER, void, "the WHO_AM_I read";
     /// The sensor has lost its configuration: it was reset.
-    SensorReset,
+    SensorReset = 3, 0x7004, "sensor was reset", MANUFACTURER, void, "samples affected";
     /// A register did not read back what was written.
-    SensorConfigMismatch,
+    SensorConfigMismatch = 4, 0x7005, "sensor register does not read back", MANUFACTURER, void, "register, written, read, from the lowest byte";
     /// The sensor has been at the end of its range for longer than an impact lasts.
-    SensorSaturated,
+    SensorSaturated = 5, 0x7006, "sensor saturated for long", MANUFACTURER, void, "samples affected";
     /// Data-ready edges or the FIFO are not in step with the sampling loop.
-    SensorTiming,
+    SensorTiming = 6, 0x7007, "sensor out of step", MANUFACTURER, void, "samples missed or FIFO words lost";
     /// The sensor's self-test failed.
-    SensorSelfTest,
+    SensorSelfTest = 7, 0x7008, "sensor self-test failed", MANUFACTURER, void, "bit i: axis i failed, in the order ax ay az wx wy wz";
     /// The load sensor's input is open or out of range.
-    LoadSensorOpen,
+    LoadSensorOpen = 8, 0x7010, "load sensor open", MANUFACTURER, unaffected, "raw reading";
     /// The crystal does not start: the board runs on its internal oscillator, with CAN off.
-    CrystalMissing,
+    CrystalMissing = 9, 0x5001, "crystal missing", MANUFACTURER, unaffected, "0";
     /// The stored configuration was unreadable, or a part of it: an older one or defaults are in use.
-    ConfigCorrupted,
+    ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0";
     /// The configuration could not be stored.
-    ConfigStore,
+    ConfigStore = 11, 0x6301, "configuration not stored", MANUFACTURER, unaffected, "0 the flash did not hold it, 1 the supply is below 2.7 V";
     /// The program panicked and was restarted.
-    Panic,
+    Panic = 12, 0x6101, "program panicked", MANUFACTURER, unaffected, "program counter";
     /// The processor took a fault exception and was restarted.
-    HardFault,
+    HardFault = 13, 0x6102, "processor fault", MANUFACTURER, unaffected, "program counter";
     /// The watchdog restarted the board.
-    WatchdogReset,
+    WatchdogReset = 14, 0x6103, "watchdog reset", MANUFACTURER, unaffected, "0";
     /// A tick's work took longer than a tick.
-    LateTick,
+    LateTick = 15, 0x6104, "tick too long", MANUFACTURER, unaffected, "how long, µs";
     /// Received CAN frames were lost.
-    CanOverrun,
+    CanOverrun = 16, 0x8110, "CAN overrun", COMMUNICATION, unaffected, "frames or bytes lost so far, at least";
     /// The CAN controller is error-passive.
-    CanErrorPassive,
+    CanErrorPassive = 17, 0x8120, "CAN error-passive", COMMUNICATION, unaffected, "receive and transmit error counter, from the lowest byte";
     /// The CAN controller is bus-off, or was until a moment ago. Its emergency message goes out after
     /// the recovery.
-    CanBusOff,
+    CanBusOff = 18, 0x8140, "CAN bus-off", COMMUNICATION, unaffected, "how often so far";
     /// A received PDO has the wrong length.
-    PdoLength,
+    PdoLength = 19, 0x8210, "received PDO has a wrong length", COMMUNICATION, unaffected, "bytes received";
     /// Received UART bytes were lost.
-    UartOverrun,
-    /// The load over RPDO1 has stayed away. Number 21 was that of a fault that is no longer there.
-    PdoTimeout = 22,
+    UartOverrun = 20, 0x81F0, "UART overrun", COMMUNICATION, unaffected, "frames or bytes lost so far, at least";
+    // Number 21 was that of a fault that is no longer there.
+    /// No load came over RPDO1 within its event timer.
+    PdoTimeout = 22, 0x8250, "received PDO has stayed away", COMMUNICATION, unaffected, "event timer, ms";
     /// The gyroscope shows more at rest than can be learnt as its bias.
-    GyroBias,
+    GyroBias = 23, 0x7009, "gyroscope bias too large", MANUFACTURER, unaffected, "angular rate at rest, 0.001 °/s";
 }
 
 impl Fault {
-    /// All faults, in the order of their numbers.
-    pub const ALL: [Self; 23] = [
-        Self::SensorSilent,
-        Self::SensorFrozen,
-        Self::SensorWrongId,
-        Self::SensorReset,
-        Self::SensorConfigMismatch,
-        Self::SensorSaturated,
-        Self::SensorTiming,
-        Self::SensorSelfTest,
-        Self::LoadSensorOpen,
-        Self::CrystalMissing,
-        Self::ConfigCorrupted,
-        Self::ConfigStore,
-        Self::Panic,
-        Self::HardFault,
-        Self::WatchdogReset,
-        Self::LateTick,
-        Self::CanOverrun,
-        Self::CanErrorPassive,
-        Self::CanBusOff,
-        Self::PdoLength,
-        Self::UartOverrun,
-        Self::PdoTimeout,
-        Self::GyroBias,
-    ];
-
     /// One more than the greatest number: room for something of each fault.
-    pub const NUMBERS: usize = Self::GyroBias as usize + 1;
-
-    /// The emergency code. The first digits are the class CiA 301 gives it (table 26): 5 hardware,
-    /// 6 software, 7 additional modules, 8 monitoring, FF device specific; 0x6300, 0x8110, 0x8120,
-    /// 0x8140 and 0x8210 have their meaning from there.
-    #[must_use]
-    pub const fn code(self) -> u16 {
-        match self {
-            Self::SensorSilent => 0x7001,
-            Self::SensorFrozen => 0x7002,
-            Self::SensorWrongId => 0x7003,
-            Self::SensorReset => 0x7004,
-            Self::SensorConfigMismatch => 0x7005,
-            Self::SensorSaturated => 0x7006,
-            Self::SensorTiming => 0x7007,
-            Self::SensorSelfTest => 0x7008,
-            Self::LoadSensorOpen => 0x7010,
-            Self::CrystalMissing => 0x5001,
-            Self::ConfigCorrupted => 0x6300,
-            Self::ConfigStore => 0x6301,
-            Self::Panic => 0x6101,
-            Self::HardFault => 0x6102,
-            Self::WatchdogReset => 0x6103,
-            Self::LateTick => 0x6104,
-            Self::CanOverrun => 0x8110,
-            Self::CanErrorPassive => 0x8120,
-            Self::CanBusOff => 0x8140,
-            Self::PdoLength => 0x8210,
-            Self::UartOverrun => 0x81F0,
-            Self::PdoTimeout => 0x8250,
-            Self::GyroBias => 0x7009,
-        }
-    }
-
-    /// What it is, in a few words.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::SensorSilent => "sensor silent",
-            Self::SensorFrozen => "sensor frozen",
-            Self::SensorWrongId => "sensor has a wrong WHO_AM_I",
-            Self::SensorReset => "sensor was reset",
-            Self::SensorConfigMismatch => "sensor register does not read back",
-            Self::SensorSaturated => "sensor saturated for long",
-            Self::SensorTiming => "sensor out of step",
-            Self::SensorSelfTest => "sensor self-test failed",
-            Self::LoadSensorOpen => "load sensor open",
-            Self::CrystalMissing => "crystal missing",
-            Self::ConfigCorrupted => "stored configuration unreadable",
-            Self::ConfigStore => "configuration not stored",
-            Self::Panic => "program panicked",
-            Self::HardFault => "processor fault",
-            Self::WatchdogReset => "watchdog reset",
-            Self::LateTick => "tick too long",
-            Self::CanOverrun => "CAN overrun",
-            Self::CanErrorPassive => "CAN error-passive",
-            Self::CanBusOff => "CAN bus-off",
-            Self::PdoLength => "received PDO has a wrong length",
-            Self::UartOverrun => "UART overrun",
-            Self::PdoTimeout => "received PDO has stayed away",
-            Self::GyroBias => "gyroscope bias too large",
-        }
-    }
-
-    /// What the detail of its emergency message is.
-    #[must_use]
-    pub const fn detail(self) -> &'static str {
-        match self {
-            Self::SensorSilent => "how long, µs",
-            Self::SensorFrozen => "bit i: axis i repeats, in the order ax ay az wx wy wz",
-            Self::SensorWrongId => "the WHO_AM_I read",
-            Self::SensorConfigMismatch => "register, written, read, from the lowest byte",
-            Self::SensorReset | Self::SensorSaturated => "samples affected",
-            Self::SensorTiming => "samples missed or FIFO words lost",
-            Self::SensorSelfTest => "bit i: axis i failed, in the order ax ay az wx wy wz",
-            Self::LoadSensorOpen => "raw reading",
-            Self::Panic | Self::HardFault => "program counter",
-            Self::LateTick => "how long, µs",
-            Self::CanOverrun | Self::UartOverrun => "frames or bytes lost so far, at least",
-            Self::CanErrorPassive => "receive and transmit error counter, from the lowest byte",
-            Self::CanBusOff => "how often so far",
-            Self::PdoLength => "bytes received",
-            Self::PdoTimeout => "event timer, ms",
-            Self::GyroBias => "angular rate at rest, 0.001 °/s",
-            Self::ConfigStore => "0 the flash did not hold it, 1 the supply is below 2.7 V",
-            Self::ConfigCorrupted | Self::CrystalMissing | Self::WatchdogReset => "0",
-        }
-    }
+    pub const NUMBERS: usize = {
+        let [.., last] = Self::ALL;
+        last as usize + 1
+    };
 
     /// The fault's number, from 0: its bit in [`Faults`].
     #[must_use]
@@ -189,36 +151,6 @@ impl Fault {
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|fault| fault.number() == number)
-    }
-
-    /// The bits it sets in the error register, beside the generic one.
-    #[must_use]
-    pub const fn register_bits(self) -> u8 {
-        match self {
-            Self::CanOverrun
-            | Self::CanErrorPassive
-            | Self::CanBusOff
-            | Self::PdoLength
-            | Self::PdoTimeout
-            | Self::UartOverrun => ErrorRegister::COMMUNICATION,
-            _ => ErrorRegister::MANUFACTURER,
-        }
-    }
-
-    /// Whether an estimate cannot be believed while it lasts: the motion itself is not known.
-    #[must_use]
-    pub const fn voids_estimate(self) -> bool {
-        matches!(
-            self,
-            Self::SensorSilent
-                | Self::SensorFrozen
-                | Self::SensorWrongId
-                | Self::SensorReset
-                | Self::SensorConfigMismatch
-                | Self::SensorSaturated
-                | Self::SensorTiming
-                | Self::SensorSelfTest
-        )
     }
 }
 

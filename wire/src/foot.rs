@@ -3,7 +3,7 @@
 /// A foot of a robot with two or four legs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Foot {
-    /// Front left; also what a board is that nobody has configured.
+    /// Front left; also what a board is before it is configured.
     #[default]
     FrontLeft,
     /// Front right.

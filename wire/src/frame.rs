@@ -1,7 +1,5 @@
 //! A classic CAN data frame with a standard identifier.
 
-use embedded_can::{Frame, Id, StandardId};
-
 /// Up to eight bytes under an 11-bit identifier.
 // Aligned, so that it is moved in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,22 +64,6 @@ impl CanFrame {
             Some(&self.data)
         } else {
             None
-        }
-    }
-
-    /// The frame as the type of a CAN driver.
-    #[must_use]
-    pub fn to_driver<F: Frame>(&self) -> Option<F> {
-        F::new(StandardId::new(self.id)?, self.data())
-    }
-
-    /// A driver's frame; `None` for remote frames and for extended identifiers, which CANopen
-    /// devices do not use here.
-    #[must_use]
-    pub fn from_driver<F: Frame>(frame: &F) -> Option<Self> {
-        match frame.id() {
-            Id::Standard(id) if frame.is_data_frame() => Self::new(id.as_raw(), frame.data()),
-            _ => None,
         }
     }
 }

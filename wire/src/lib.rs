@@ -6,12 +6,20 @@
 //! | every object that can be read or set, with type, range and meaning | [`dictionary`] |
 //! | the values of those that are kept over power-off | [`settings`] |
 //! | CAN: the process data of a foot, one file a frame | [`pdo`] |
-//! | CAN: everything of a sample in one CAN FD frame | [`fd`] |
 //! | CAN: read and write objects | [`sdo`] |
 //! | what sequence numbers say is missing | [`sequence`] |
 //! | CAN: a CANopen device out of all these | [`node`] |
 //! | faults and their emergency codes | [`fault`] |
 //! | UART: frames, and a decoder that finds its way back after any garbage | [`uart`] |
+//!
+//! # Glossary
+//!
+//! | word | of what | meaning | where it is sent |
+//! |---|---|---|---|
+//! | [`Validity`](estimator_core::Validity) | one sample | whether its numbers can be used: valid, saturated, stale or invalid | [`uart::RawSample`] |
+//! | [`Flag`](estimator_core::Flag) | one estimate | a reason to doubt it, from its samples: a gap, saturation, up not yet known, … | TPDO7, [`uart::ContactMessage`] |
+//! | [`Fault`] | the board | something is wrong, from when it is raised until it is cleared; those of the sensor void the estimate | emergency messages, object 0x2111 |
+//! | [`Status`](pdo::Status) | one frame | a byte beside the probability: phase, decision, and what flags and faults mean for both | TPDO1 |
 //!
 //! No allocation, no `unsafe`, no panic on any bytes. Integers are little-endian everywhere.
 //!
@@ -41,11 +49,11 @@
 extern crate std;
 
 pub mod abort;
+mod address;
 mod bytes;
 pub mod counter;
 pub mod dictionary;
 pub mod fault;
-pub mod fd;
 pub mod foot;
 pub mod frame;
 pub mod node;

@@ -236,7 +236,7 @@ impl SdoServer {
         let length = SEGMENT - usize::from(command >> 1 & 0b111);
         for &byte in segment.iter().take(length) {
             match data.get_mut(received) {
-                Some(place) => *place = byte,
+                Some(next) => *next = byte,
                 None => return Some(abort(address, AbortCode::TooLong)),
             }
             received += 1;

@@ -1,18 +1,16 @@
 //! The values of all settings: what the configuration is, in the form in which it is stored.
 
 use estimator_core::{
-    AccelerometerCorrection, AttitudeParams, DecisionParams, Learning, Learnt, LoadParams, Method,
-    Params, PerAxis, RestParams, Vec3, WindowLength,
+    AccelerometerCorrection, Learning, Learnt, Method, Parameter, Params, Vec3, WindowLength,
 };
 
 use crate::abort::AbortCode;
-use crate::dictionary::{self, Address, Entry, PDO_OFF, Place, SETTINGS, index};
+use crate::dictionary::{self, Address, Concern, Entry, OBJECTS, PDO_OFF, Place, SETTINGS, index};
 use crate::foot::{Foot, NodeId};
 use crate::pdo::{PDOS, Pdo};
-use crate::value::Value;
+use crate::value::{DataType, Value};
 
-/// The longest window that fits the estimator on the board, in samples.
-pub const WINDOW_CAPACITY: usize = 256;
+pub use crate::dictionary::WINDOW_CAPACITY;
 
 /// Where the load comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,13 +40,13 @@ pub struct LoadInput {
 pub enum Trigger {
     /// Never.
     Off,
-    /// Every so many ticks of 1 ms.
+    /// Every N ticks of 1 ms.
     Ticks(u16),
-    /// With every so-many-th SYNC.
+    /// With every N-th SYNC.
     Sync(u8),
 }
 
-/// How often the UART sends a kind of message: every so many ticks, or never with 0.
+/// How often the UART sends a kind of message: every N ticks, or never with 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UartStreams {
     /// The contact.
@@ -81,6 +79,41 @@ const TRIGGERS: [[usize; 3]; PDOS] = {
         i += 1;
     }
     slots
+};
+
+/// How a number of the estimator is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum KeptAs {
+    Real,
+    Micros,
+}
+
+/// The numbers of the estimator that are settings, and the slots in which they are kept. Put together
+/// by the compiler, which would report an index out of range.
+#[allow(clippy::indexing_slicing)]
+static PARAMETERS: [(Parameter, u8, KeptAs); Parameter::ALL.len() - 1] = {
+    let mut parameters = [(Parameter::SampleRate, 0, KeptAs::Real); Parameter::ALL.len() - 1];
+    let (mut count, mut slot, mut i) = (0, 0, 0);
+    while i < OBJECTS.len() {
+        let entries = OBJECTS[i].entries;
+        let mut j = 0;
+        while j < entries.len() {
+            let entry = &entries[j];
+            if let Some(Concern::Parameter(parameter)) = entry.concern() {
+                let kept_as = match entry.data_type() {
+                    DataType::Unsigned32 => KeptAs::Micros,
+                    _ => KeptAs::Real,
+                };
+                parameters[count] = (parameter, slot as u8, kept_as);
+                count += 1;
+            }
+            slot += entry.is_setting() as usize;
+            j += 1;
+        }
+        i += 1;
+    }
+    assert!(count == parameters.len() && slot <= 1 + u8::MAX as usize);
+    parameters
 };
 
 /// A value for every setting of the [dictionary]; always within its limits and with the others.
@@ -363,47 +396,24 @@ impl Settings {
         Ok(())
     }
 
-    /// The parameters of the estimator.
+    /// The parameters of the estimator; the board's tick and its sensor are not settings.
     #[must_use]
     pub fn params(&self) -> Params {
-        Params {
+        let mut params = Params {
             method: self.method(),
             learning: self.learning(),
             learnt: self.learnt(),
             window: WindowLength::Duration(self.seconds(slot!(WINDOW, 0))),
-            bandwidth: self.per_axis(slot!(BANDWIDTH, 1)),
-            half_width: self.per_axis(slot!(HALF_WIDTH, 1)),
-            attitude: AttitudeParams {
-                motion_time_constant: self.f32(slot!(ATTITUDE_FILTER, 1)),
-                quiet_gain: self.f32(slot!(ATTITUDE_FILTER, 2)),
-                quiet_acceleration: self.f32(slot!(ATTITUDE_FILTER, 3)),
-                quiet_rate: self.f32(slot!(ATTITUDE_FILTER, 4)),
-                rest: RestParams {
-                    duration: self.f32(slot!(ATTITUDE_FILTER, 5)),
-                    acceleration: self.f32(slot!(ATTITUDE_FILTER, 6)),
-                    rate: self.f32(slot!(ATTITUDE_FILTER, 7)),
-                    bias_limit: self.f32(slot!(ATTITUDE_FILTER, 8)),
-                    bias_time_constant: self.f32(slot!(ATTITUDE_FILTER, 9)),
-                },
-                ..AttitudeParams::DEFAULT
-            },
-            decision: DecisionParams {
-                threshold: self.f32(slot!(DECISION, 1)),
-                on_delay: self.seconds(slot!(DECISION, 2)),
-                off_delay: self.seconds(slot!(DECISION, 3)),
-            },
-            load: LoadParams {
-                on_threshold: self.f32(slot!(LOAD_INPUT, 4)),
-                off_threshold: self.f32(slot!(LOAD_INPUT, 5)),
-            },
-            // The board's tick and its sensor, which are not settings.
             ..Params::DEFAULT
+        };
+        for (parameter, slot, kept_as) in PARAMETERS {
+            let value = match kept_as {
+                KeptAs::Real => self.f32(usize::from(slot)),
+                KeptAs::Micros => self.seconds(usize::from(slot)),
+            };
+            parameter.set(&mut params, value);
         }
-    }
-
-    /// The six parts of an array whose first one is in slot `first`.
-    fn per_axis(&self, first: usize) -> PerAxis<f32> {
-        PerAxis::from_array(self.array(first))
+        params
     }
 
     /// The three parts of which the first one is in slot `first`.
@@ -438,7 +448,7 @@ impl Settings {
     }
 }
 
-/// The longest a data frame of so many bytes can be on the bus, bits: 34 bits are stuffed before the
+/// The longest a data frame of N bytes can be on the bus, bits: 34 bits are stuffed before the
 /// data, one more with every four bits after the first; then delimiter, acknowledgement, end of
 /// frame and the space between frames. (Davis, Burns, Bril, Lukkien: *Controller Area Network (CAN)
 /// schedulability analysis*, 2007, equation 1.)
@@ -468,47 +478,52 @@ mod tests {
         assert_eq!(settings.accelerometer(), AccelerometerCorrection::NONE);
     }
 
+    /// Settings with what was learnt as far apart as it may be, and the load that switches on as high
+    /// and that switches off as low: each number can then be anything.
+    fn wide_settings() -> Settings {
+        let mut settings = Settings::default();
+        let classes = Classes {
+            still: -9.3,
+            moving: 9.3,
+            width: 1.0,
+        };
+        let learnt = Learnt {
+            acceleration: classes,
+            rate: classes,
+            velocity: classes,
+            still_seconds: 1.0,
+            moving_seconds: 1.0,
+            idle_seconds: 0.0,
+        };
+        assert_eq!(settings.set_learnt(Some(learnt)), Ok(()));
+        for (subindex, value) in [(4, 1.0e9), (5, -1.0e9)] {
+            let address = Address::new(index::LOAD_INPUT, subindex);
+            assert_eq!(settings.set(address, Value::F32(value)), Ok(()));
+        }
+        settings
+    }
+
     #[test]
     fn every_limit_of_a_parameter_is_that_of_the_estimator() {
-        // With what was learnt as far apart as it may be, so that each number can be anything.
-        let base = {
-            let classes = Classes {
-                still: -9.3,
-                moving: 9.3,
-                width: 1.0,
-            };
-            let mut settings = Settings::default();
-            let learnt = Learnt {
-                acceleration: classes,
-                rate: classes,
-                velocity: classes,
-                still_seconds: 1.0,
-                moving_seconds: 1.0,
-                idle_seconds: 0.0,
-            };
-            assert_eq!(settings.set_learnt(Some(learnt)), Ok(()));
-            settings
-        };
-        let parameters = index::WINDOW..=index::LEARNT;
-        let others = [index::ESTIMATION, index::ACCELEROMETER];
+        let base = wide_settings();
+        let mut tried = 0;
         for (address, entry) in dictionary::settings() {
-            if !parameters.contains(&address.index) || others.contains(&address.index) {
+            let of_the_estimator = match entry.concern() {
+                Some(Concern::Parameter(_) | Concern::Learnt) => true,
+                Some(Concern::Estimator) => address.index == index::WINDOW,
+                _ => false,
+            };
+            if !of_the_estimator {
                 continue;
             }
+            tried += 1;
             let Limits::Range(low, high) = entry.limits() else {
                 panic!("{address:?} has no range");
             };
             for value in [low, high] {
-                let mut settings = base.clone();
-                // Away from the other load threshold.
-                let pair = Address::new(index::LOAD_INPUT, if value == low { 5 } else { 4 });
-                if address.index == index::LOAD_INPUT && address.subindex >= 4 {
-                    assert_eq!(settings.set(pair, value), Ok(()));
-                }
-                assert_eq!(settings.set(address, value), Ok(()), "{address:?}");
+                assert_eq!(base.clone().set(address, value), Ok(()), "{address:?}");
             }
-            // One step further the estimator refuses too: no looser limit is possible. The ends
-            // of the load input's scale, its offset and its source are the board's own.
+            // One step further the estimator refuses too: no looser limit is possible.
             let outside = match (low, high) {
                 (Value::F32(low), Value::F32(high)) => {
                     [Value::F32(low.next_down()), Value::F32(high.next_up())]
@@ -516,11 +531,8 @@ mod tests {
                 (Value::U32(low), Value::U32(high)) => {
                     [Value::U32(low.wrapping_sub(600)), Value::U32(high + 600)]
                 }
-                _ => continue,
+                _ => panic!("{address:?} is no number"),
             };
-            if address.index == index::LOAD_INPUT && address.subindex < 4 {
-                continue;
-            }
             for value in outside {
                 let (_, slot) = find(address).expect("a setting");
                 let mut settings = base.clone();
@@ -528,6 +540,43 @@ mod tests {
                 let refused = settings.params().validate::<WINDOW_CAPACITY>();
                 assert!(refused.is_err(), "{address:?} may be {value:?}");
             }
+        }
+        assert_eq!(tried, Parameter::ALL.len() - 1 + Learnt::NUMBERS + 1);
+    }
+
+    #[test]
+    fn every_number_of_the_estimator_but_the_sample_rate_is_a_setting_of_its_own() {
+        let base = wide_settings();
+        for parameter in Parameter::ALL {
+            let is_its = |entry: &Entry| entry.concern() == Some(Concern::Parameter(parameter));
+            let mut settings = dictionary::settings().filter(|(_, entry)| is_its(entry));
+            let Some((address, entry)) = settings.next() else {
+                assert_eq!(parameter, Parameter::SampleRate);
+                continue;
+            };
+            assert_eq!(settings.next(), None, "{parameter:?} is twice there");
+            let Limits::Range(low, high) = entry.limits() else {
+                panic!("{address:?} has no range");
+            };
+            for (value, expected) in [(low, parameter.row().least), (high, parameter.row().most)] {
+                let mut settings = base.clone();
+                assert_eq!(settings.set(address, value), Ok(()));
+                let mut params = base.params();
+                parameter.set(&mut params, expected);
+                assert_eq!(settings.params(), params, "{parameter:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_objects_of_the_estimate_are_those_from_the_window_to_what_was_learnt() {
+        for (address, entry) in dictionary::settings() {
+            let concerns_the_estimate = !matches!(
+                entry.concern(),
+                Some(Concern::Node | Concern::Stream | Concern::Sensor)
+            );
+            let is_there = (index::WINDOW..=index::LEARNT).contains(&address.index);
+            assert_eq!(concerns_the_estimate, is_there, "{address:?}");
         }
     }
 

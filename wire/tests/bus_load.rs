@@ -19,7 +19,7 @@ fn four_feet_and_all_else_stay_under_three_quarters_of_the_bus() {
     // An emergency each second, and a master that reads an object of each foot ten times a second.
     let emergency = longest(8);
     let sdo = 2.0 * longest(8) * 10.0;
-    // The robot tells the load of each foot at 100 Hz.
+    // The robot sends the load of each foot at 100 Hz.
     let load = longest(4) * 100.0;
     let foot = streams + emergency + sdo + load;
     // SYNC with a counter, and one time stamp a second.

@@ -44,7 +44,7 @@ fn number(value: NumericValue) -> f64 {
     }
 }
 
-/// What went into the frames, with the tolerance of its coding, by the names of the issue.
+/// What went into the frames, with the tolerance of its coding, by the names of the signals.
 #[derive(Debug)]
 struct Truth {
     estimate: ContactEstimate,

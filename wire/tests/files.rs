@@ -1,5 +1,5 @@
 //! The files that are made from the tables in the code are up to date: `footfall.eds`,
-//! `footfall.dbc` and the tables of `README.md`. `FOOTFALL_UPDATE=1` writes them anew.
+//! `footfall.dbc` and the tables of `README.md`. `FOOTFALL_UPDATE=1` writes them again.
 
 mod files {
     pub mod dbc;

@@ -166,7 +166,7 @@ fn every_readable_object_is_read_by_the_peer_and_the_others_are_refused() {
             continue;
         }
         let value = value.unwrap_or_else(|code| panic!("{address:?} is refused: {code:08X}"));
-        if entry.role == Role::Constant || entry.role == Role::Setting {
+        if matches!(entry.role, Role::Constant | Role::Setting(_)) {
             assert_eq!(value, peer_value(entry.default), "{address:?}");
         }
         if matches!(entry.role, Role::CobId | Role::PdoCobId) {
@@ -548,7 +548,7 @@ fn a_withheld_fault_is_there_at_once_and_told_when_it_is_released() {
         frames.retain(|frame| frame.id() == 0x80 + u16::from(ID));
         frames
     };
-    node.raise_withheld(Fault::CanBusOff, 7);
+    node.raise_held_back(Fault::CanBusOff, 7);
     assert!(node.faults().contains(Fault::CanBusOff));
     assert_eq!(emergencies(&mut node), []);
     node.release(Fault::CanBusOff);
@@ -556,10 +556,10 @@ fn a_withheld_fault_is_there_at_once_and_told_when_it_is_released() {
     assert_eq!(told.len(), 1, "{told:?}");
     assert_eq!(told[0].data(), [0x40, 0x81, 0x11, 18, 7, 0, 0, 0]);
     // Whoever was told once is told that it is over.
-    node.raise_withheld(Fault::CanBusOff, 8);
+    node.raise_held_back(Fault::CanBusOff, 8);
     assert!(node.clear(Fault::CanBusOff).is_some());
     // And nobody of what was over before anybody could be told.
-    node.raise_withheld(Fault::CanBusOff, 9);
+    node.raise_held_back(Fault::CanBusOff, 9);
     assert_eq!(node.clear(Fault::CanBusOff), None);
     assert_eq!(emergencies(&mut node), []);
 }

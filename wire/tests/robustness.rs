@@ -56,8 +56,8 @@ fn run((name, target): Target) {
                 .flat_map(|_| corpus[random.below(corpus.len())].clone())
                 .collect();
             for _ in 0..random.below(4) {
-                let place = random.below(input.len());
-                input[place] = random.next() as u8;
+                let index = random.below(input.len());
+                input[index] = random.next() as u8;
             }
             input.truncate(input.len() - random.below(3).min(input.len()));
             input

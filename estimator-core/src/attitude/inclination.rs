@@ -81,7 +81,7 @@ impl Inclination {
         Self {
             coefficients,
             doubt: 1.0 / START_TIME_CONSTANT,
-            force: Vec3::new(0.0, 0.0, crate::params::STANDARD_GRAVITY),
+            force: Vec3::new(0.0, 0.0, crate::units::STANDARD_GRAVITY),
             speed: Vec3::ZERO,
             settled: 0.0,
         }
@@ -208,7 +208,7 @@ impl Correction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::STANDARD_GRAVITY;
+    use crate::units::STANDARD_GRAVITY;
 
     const DT: f32 = 0.001;
 

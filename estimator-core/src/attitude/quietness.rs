@@ -2,7 +2,7 @@
 
 use super::inclination::Correction;
 use crate::order::Order;
-use crate::params::{DEGREE, STANDARD_GRAVITY};
+use crate::units::{DEGREE, STANDARD_GRAVITY};
 use crate::vector::Vec3;
 
 /// Time constant of the short mean that deviations are taken from, s. Shorter than a stance;
@@ -70,7 +70,7 @@ impl Quietness {
         self.mean = Vec3::new(0.0, 0.0, force_magnitude);
     }
 
-    /// Goes back to the beginning: quiet has to be seen anew.
+    /// Goes back to the beginning: quiet has to be seen again.
     pub(super) const fn forget(&mut self) {
         self.deviation = LARGEST_DEVIATION;
         self.rate = LARGEST_RATE;

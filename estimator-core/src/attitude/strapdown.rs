@@ -1,6 +1,6 @@
 //! Strapdown integration: from angular rate to a small turn.
 
-use super::{Continuity, Step};
+use crate::step::{Continuity, Step};
 use crate::vector::{Quaternion, Vec3};
 
 /// Turns beyond this within one step (rad, squared) are not integrated: the series would no

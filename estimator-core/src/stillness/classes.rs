@@ -27,10 +27,10 @@
 //! [`StillnessParams::stance`]: super::StillnessParams::stance
 //! [`StillnessParams::motion`]: super::StillnessParams::motion
 
+use super::learnt::{Classes, Learnt, OLDEST, SETTLED_AFTER};
 use super::params::{Constants, QuantityParams};
 use crate::logarithm::exp;
 use crate::order::Order;
-use crate::params::{ParamsError, in_range};
 
 /// A foot that finds hardly any motion keeps classes that are above the prior by no more than this, of
 /// the logarithm: a factor of 1.5.
@@ -38,47 +38,6 @@ const MARGIN: f32 = 0.4;
 
 /// Least distance between the classes, of the logarithm.
 const LEAST_DISTANCE: f32 = 0.3;
-
-/// Evidence of each class from which on what is learnt counts as settled, s. Four to five steps.
-pub const SETTLED_AFTER: f32 = 1.0;
-
-/// Range of the logarithm of an amplitude in [`Learnt`]: amplitudes of 1e-4 to 1e4.
-pub const LOGARITHM: (f32, f32) = (-9.3, 9.3);
-
-/// Largest number of seconds of a class in [`Learnt`].
-pub const MOST_SECONDS: f32 = 1.0e3;
-
-/// Age is not counted beyond this, s: eleven days.
-pub const OLDEST: f32 = 1.0e6;
-
-/// What a foot has shown of one quantity; natural logarithms of amplitudes in m/s² or rad/s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Classes {
-    /// Mean in stillness.
-    pub still: f32,
-    /// Mean in motion.
-    pub moving: f32,
-    /// Mean deviation in stillness.
-    pub width: f32,
-}
-
-/// What a foot has taught so far, and on how much of it that rests. It can be stored and put back:
-/// a warm start.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Learnt {
-    /// Acceleration without gravity.
-    pub acceleration: Classes,
-    /// Angular rate.
-    pub rate: Classes,
-    /// Leaky mean of the acceleration.
-    pub velocity: Classes,
-    /// Stillness that was learnt from, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
-    pub still_seconds: f32,
-    /// Motion that was learnt from, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
-    pub moving_seconds: f32,
-    /// Age: how long the foot has run since it last taught anything, s.
-    pub idle_seconds: f32,
-}
 
 impl Classes {
     // Called three times a sample: as code of its own it is in the foot's flash once.
@@ -113,94 +72,9 @@ impl Classes {
             ..self
         }
     }
-
-    /// Within the limits in which they can be stored.
-    fn limited(self) -> Self {
-        let (_, largest) = LOGARITHM;
-        Self {
-            still: self.still.lesser(largest),
-            moving: self.moving.lesser(largest),
-            width: self.width.lesser(largest),
-        }
-    }
 }
 
 impl Learnt {
-    /// Numbers in the order in which they are stored and sent.
-    pub const NUMBERS: usize = 12;
-
-    /// As numbers, in the order of the fields.
-    #[must_use]
-    pub const fn to_array(&self) -> [f32; Self::NUMBERS] {
-        let Self {
-            acceleration: a,
-            rate: w,
-            velocity: v,
-            still_seconds,
-            moving_seconds,
-            idle_seconds,
-        } = self;
-        [
-            a.still,
-            a.moving,
-            a.width,
-            w.still,
-            w.moving,
-            w.width,
-            v.still,
-            v.moving,
-            v.width,
-            *still_seconds,
-            *moving_seconds,
-            *idle_seconds,
-        ]
-    }
-
-    /// From numbers in the order of [`Self::to_array`].
-    #[must_use]
-    pub const fn from_array(numbers: [f32; Self::NUMBERS]) -> Self {
-        let [
-            a0,
-            a1,
-            a2,
-            w0,
-            w1,
-            w2,
-            v0,
-            v1,
-            v2,
-            still_seconds,
-            moving_seconds,
-            idle_seconds,
-        ] = numbers;
-        Self {
-            acceleration: Classes {
-                still: a0,
-                moving: a1,
-                width: a2,
-            },
-            rate: Classes {
-                still: w0,
-                moving: w1,
-                width: w2,
-            },
-            velocity: Classes {
-                still: v0,
-                moving: v1,
-                width: v2,
-            },
-            still_seconds,
-            moving_seconds,
-            idle_seconds,
-        }
-    }
-
-    /// Whether it rests on enough: [`SETTLED_AFTER`] of each class.
-    #[must_use]
-    pub fn is_settled(&self) -> bool {
-        self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
-    }
-
     /// Where stillness ends for acceleration (m/s²), rate (rad/s) and leaky mean of the acceleration
     /// (m/s²), with these constants.
     #[must_use]
@@ -210,47 +84,6 @@ impl Learnt {
         let learner = Learner::new(&coefficients, Some(*self));
         let edges = learner.edges();
         [edges.acceleration, edges.rate, edges.velocity].map(|edge| exp(edge.at))
-    }
-
-    /// That every number can have been learnt.
-    pub(crate) fn validate(&self) -> Result<(), ParamsError> {
-        let names: [[&'static str; 3]; 3] = [
-            [
-                "learnt.acceleration.still",
-                "learnt.acceleration.moving",
-                "learnt.acceleration.width",
-            ],
-            [
-                "learnt.rate.still",
-                "learnt.rate.moving",
-                "learnt.rate.width",
-            ],
-            [
-                "learnt.velocity.still",
-                "learnt.velocity.moving",
-                "learnt.velocity.width",
-            ],
-        ];
-        let (least, largest) = LOGARITHM;
-        let quantities = [self.acceleration, self.rate, self.velocity];
-        for ([still, moving, width], classes) in names.into_iter().zip(quantities) {
-            in_range(still, classes.still, least, largest)?;
-            in_range(moving, classes.moving, classes.still, largest)?;
-            in_range(width, classes.width, 0.0, largest)?;
-        }
-        in_range(
-            "learnt.still_seconds",
-            self.still_seconds,
-            0.0,
-            MOST_SECONDS,
-        )?;
-        in_range(
-            "learnt.moving_seconds",
-            self.moving_seconds,
-            0.0,
-            MOST_SECONDS,
-        )?;
-        in_range("learnt.idle_seconds", self.idle_seconds, 0.0, OLDEST)
     }
 }
 

@@ -1,8 +1,8 @@
 //! The constants of self-calibration: one set for all feet, sensors and rates.
 
-use super::classes::Classes;
+use super::learnt::Classes;
 use crate::logarithm::ln;
-use crate::params::{ParamsError, in_range};
+use crate::range::{ParamsError, in_range};
 
 /// Whether the classes follow the foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,8 +10,8 @@ pub enum Learning {
     /// They do: the foot calibrates itself while it walks.
     #[default]
     On,
-    /// They stay as they are, so that the same motion always gives the same probability: for those
-    /// who must certify a behaviour. What gravity's removal leaves is still followed.
+    /// They stay as they are, so that the same motion always gives the same probability, for
+    /// where a behaviour is certified. What gravity's removal leaves is still followed.
     Frozen,
 }
 
@@ -96,9 +96,9 @@ pub struct StillnessParams {
     pub prior: f32,
     /// Memory of each class, s of itself. 0.1 to 1000.
     pub memory: f32,
-    /// Of each stance so much is learnt from, s. 0.01 to 100.
+    /// How much of each stance is learnt from, s. 0.01 to 100.
     pub stance: f32,
-    /// Of each motion so much is learnt from, s. 0.01 to 100.
+    /// How much of each motion is learnt from, s. 0.01 to 100.
     pub motion: f32,
     /// Time constant with which a class of stillness that finds none grows back to what stands here,
     /// s. 0.1 to 1000.

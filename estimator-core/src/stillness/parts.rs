@@ -169,16 +169,16 @@ impl Parts {
     ) {
         match &mut self.schedule {
             Schedule::All => {
-                for place in 0..Part::ALL.len() {
-                    self.judge(place, motion, edges, quantities, filled);
+                for index in 0..Part::ALL.len() {
+                    self.judge(index, motion, edges, quantities, filled);
                 }
             }
             Schedule::Turns(turn) => {
                 let (slot, round) = (*turn % DIRECTION_TURN, *turn / DIRECTION_TURN);
                 *turn = (*turn + 1) % AXIS_TURN;
                 // Tangential, vertical, and one of the six axes.
-                let place = if slot < 2 { slot } else { 2 + round };
-                self.judge(place as usize, motion, edges, quantities, filled);
+                let index = if slot < 2 { slot } else { 2 + round };
+                self.judge(index as usize, motion, edges, quantities, filled);
             }
         }
     }
@@ -186,13 +186,13 @@ impl Parts {
     #[inline(never)]
     fn judge(
         &mut self,
-        place: usize,
+        index: usize,
         motion: &Motion,
         edges: &PerQuantity<Edge>,
         quantities: &PerQuantity<QuantityCoefficients>,
         filled: u32,
     ) {
-        let (Some(part), Some(state)) = (Part::ALL.get(place), self.states.get_mut(place)) else {
+        let (Some(part), Some(state)) = (Part::ALL.get(index), self.states.get_mut(index)) else {
             return;
         };
         let share = match (part, filled) {

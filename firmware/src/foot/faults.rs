@@ -127,7 +127,7 @@ impl Foot {
         self.fault_state.latch.keep(Fault::CanBusOff);
         let is_new = !self.faults().contains(Fault::CanBusOff);
         let times = self.counters.get(Counter::CanBusOff);
-        self.node.raise_withheld(Fault::CanBusOff, times);
+        self.node.raise_held_back(Fault::CanBusOff, times);
         if is_new {
             self.log(Level::Error, Fault::CanBusOff.name(), ports);
         }

@@ -1,6 +1,6 @@
 //! Requests to the foot, and what they ask of the board.
 
-use wire::dictionary::index;
+use wire::dictionary::{self, Concern};
 use wire::node::{BootCause, Calibration, State};
 use wire::{AbortCode, Address, Counter, Event, Fault};
 
@@ -132,13 +132,16 @@ impl Foot {
 
     fn act(&mut self, event: Event, requester: Requester, ports: &Ports) {
         match event {
-            Event::Changed(address) => {
-                if address.index == index::LEARNT {
-                    self.renew(Renewal::Restart);
-                } else if (index::WINDOW..=index::ACCELEROMETER).contains(&address.index) {
-                    self.renew(Renewal::Continue);
-                }
-            }
+            Event::Changed(address) => match dictionary::concern(address) {
+                Some(Concern::Learnt) => self.renew(Renewal::Restart),
+                Some(
+                    Concern::Correction
+                    | Concern::Load
+                    | Concern::Estimator
+                    | Concern::Parameter(_),
+                ) => self.renew(Renewal::Continue),
+                Some(Concern::Node | Concern::Stream | Concern::Sensor) | None => {}
+            },
             Event::Store => {
                 let request = Request::Store(self.settings().clone(), self.erase());
                 self.store(requester, request, ports);

@@ -9,12 +9,12 @@ use estimator_core::stillness::{Classes, Constants, SETTLED_AFTER};
 use estimator_core::{
     ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError, StillnessParams, Vec3,
 };
+use recordings::recording::Recording;
 use serde::Serialize;
 use wire::dictionary::index;
 
 use super::CalibrationError;
-use crate::recording::Recording;
-use crate::replay::replay_and_learn;
+use crate::progress::replay_and_learn;
 
 /// Below this share of good samples, that is why nothing was learnt.
 const LEAST_USABLE: f64 = 0.1;

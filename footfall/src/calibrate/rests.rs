@@ -3,7 +3,7 @@
 use estimator_core::{RestParams, Validity, Vec3};
 use serde::Serialize;
 
-use crate::recording::{RecordedSample, Recording};
+use recordings::recording::{RecordedSample, Recording};
 
 /// Shortest stretch that counts, s.
 const SHORTEST: f64 = 1.0;

@@ -3,7 +3,7 @@
 //! At rest an accelerometer reads gravity, whatever way it lies: so bias b and scale s of each axis
 //! are those for which all rests m have |s (m − b)| = g, by least squares (Gauss-Newton, from a
 //! perfect sensor). Six orientations are the least for six unknowns, and each axis must have been
-//! up and down for them to be told apart.
+//! up and down for them to be distinguished.
 //!
 //! g is standard gravity, because that is what the estimator takes out: the scale contains what
 //! gravity differs by where the rests were recorded, up to 0.3 %. Temperature is the recordings'.
@@ -11,14 +11,14 @@
 use std::fmt;
 
 use estimator_core::Gravity;
+use gait::sensor::{GRAVITY, MILLI_DPS, MILLI_G};
+use recordings::recording::Recording;
+use recordings::space::Vector;
 use serde::Serialize;
 use thiserror::Error;
 use wire::dictionary::index;
 
 use super::rests::{Rest, rests};
-use crate::gait::sensor::{GRAVITY, MILLI_DPS, MILLI_G};
-use crate::gait::space::Vector;
-use crate::recording::Recording;
 
 /// Fewest orientations: as many as unknowns.
 const ORIENTATIONS: usize = 6;
@@ -42,7 +42,7 @@ const LARGEST_BIAS: f64 = 100.0 * MILLI_G;
 /// Largest difference of a scale from 1 that is believed.
 const LARGEST_SCALE_ERROR: f64 = 0.1;
 
-/// Why rests do not tell bias and scale.
+/// Why bias and scale do not follow from the rests.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RestsError {
     /// Too few orientations.
@@ -63,7 +63,7 @@ pub enum RestsError {
         /// m/s².
         length: f64,
     },
-    /// The orientations do not tell the axes apart.
+    /// The orientations do not separate the axes.
     #[error(
         "the {orientations} orientations do not tell the bias and scale of {axis}: lay the sensor so that each of its axes points up once and down once"
     )]
@@ -127,7 +127,7 @@ impl SensorCalibration {
     /// Finds the rests in recordings and what is wrong with the sensor.
     ///
     /// # Errors
-    /// The rests do not tell.
+    /// Bias and scale do not follow from the rests.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> Result<Self, RestsError> {
         let mut all = Vec::new();
         for recording in recordings {

@@ -1,11 +1,11 @@
 //! The keys of a sensor's static calibration: what is wrong with its readings.
 
 use estimator_core::AccelerometerCorrection;
+use recordings::input::Correction;
+use recordings::number::shown;
 use serde::Deserialize;
 
 use super::{AccelerationAxes, AngularRateAxes, Refusal};
-use crate::input::Correction;
-use crate::number::shown;
 
 /// What is wrong with an accelerometer.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]

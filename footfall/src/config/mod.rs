@@ -70,107 +70,42 @@
 //! foot has the values of `[learnt]` in its object 0x2018 and those of `[accelerometer]` in 0x2017; it
 //! learns its gyroscope's bias by itself.
 //!
-//! The attitude filter's keys, in the tables `[attitude]` and `[attitude.rest]`, are those of
-//! [`AttitudeOverrides`] and [`RestOverrides`].
+//! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]` and `[load]` are the names in the
+//! estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`, `_m_s2` or
+//! `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
 
-mod attitude;
 mod axes;
 mod correction;
 mod learnt;
+mod numbers;
+mod preset;
 mod refusal;
 mod value;
 
 use std::io;
 
-use clap::ValueEnum;
 use estimator_core::{Gravity, Learning, Method, Params, WindowLength};
-use firmware::imu::default_params;
+use recordings::input::Correction;
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
-pub use attitude::{AttitudeOverrides, RestOverrides};
 pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
 pub use correction::{AccelerometerOverrides, GyroscopeOverrides};
 pub use learnt::{ClassesValues, LearntValues};
+pub use numbers::Numbers;
+pub use preset::Preset;
 pub use refusal::{Origins, RateOrigin, Refusal};
 pub use value::{
     parse_gravity, parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_window,
 };
 
-use crate::input::{Correction, Format};
-use crate::recording::Recording;
 use value::checked_sample_rate;
-
-/// Durations that differ by less, as a part of themselves, are the same: a rate that was measured.
-const SAME_DURATION: f64 = 0.05;
-
-/// Where parameters start from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Preset {
-    /// For an LSM6DSOX on a robot's foot
-    #[default]
-    Default,
-    /// The paper's settings: those for the GO1 with --format pce-go1, else those for ATLAS
-    Paper,
-}
-
-impl Preset {
-    /// The parameters for recordings of a format; the load trigger is in the unit of its load.
-    /// Sample rate and gravity are the recording's to say, so those in here mean nothing.
-    #[must_use]
-    pub fn params(self, format: Format) -> Params {
-        let default_with_load_of = |other: Params| Params {
-            load: other.load,
-            ..default_params()
-        };
-        match (self, format) {
-            (Self::Default, Format::Csv | Format::Lcd) => default_params(),
-            (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
-            (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),
-            (Self::Paper, Format::Csv | Format::PceAtlas) => Params::PAPER,
-            // A NAO weighs a third of the load from which the paper's ATLAS is loaded.
-            (Self::Paper, Format::Lcd) => Params {
-                load: default_params().load,
-                ..Params::PAPER
-            },
-            (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
-        }
-    }
-
-    /// That the paper's window, a count of samples, lasts longer or shorter than it does at the
-    /// paper's rate; `None` where it lasts as long, or `params` have another window. Rows of the
-    /// authors' GO1 are counted as the authors count them.
-    #[must_use]
-    pub fn window_notice(
-        self,
-        format: Format,
-        params: &Params,
-        recording: &Recording,
-    ) -> Option<String> {
-        let preset = self.params(format);
-        let WindowLength::Samples(samples) = preset.window else {
-            return None;
-        };
-        if params.window != preset.window || format == Format::PceGo1 {
-            return None;
-        }
-        let [there, here] = [preset.sample_rate, recording.sample_rate]
-            .map(|rate| 1.0e3 * f64::from(samples) / f64::from(rate));
-        ((here / there - 1.0).abs() > SAME_DURATION).then(|| {
-            format!(
-                "{}: the window of the paper's preset, {samples} samples, lasts {here:.0} ms at {} Hz \
-                 and {there:.0} ms at the paper's rate: --window {there:.0}ms has the same duration",
-                recording.name, recording.sample_rate
-            )
-        })
-    }
-}
 
 /// A configuration file: what it sets differs from the preset, the rest does not.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Overrides {
-    /// Sample rate in Hz, where the recording does not tell, as [`parse_sample_rate`] takes it.
+    /// Sample rate in Hz, where the recording does not say it, as [`parse_sample_rate`] takes it.
     #[serde(default, deserialize_with = "sample_rate")]
     pub sample_rate_hz: Option<f32>,
     /// Whether samples contain gravity.
@@ -194,8 +129,8 @@ pub struct Overrides {
     #[serde(default)]
     pub half_width: SensorOverrides,
     /// The attitude filter.
-    #[serde(default)]
-    pub attitude: AttitudeOverrides,
+    #[serde(default, deserialize_with = "numbers::attitude")]
+    pub attitude: Numbers,
     /// What is wrong with the accelerometer that recorded.
     #[serde(default)]
     pub accelerometer: AccelerometerOverrides,
@@ -203,33 +138,11 @@ pub struct Overrides {
     #[serde(default)]
     pub gyroscope: GyroscopeOverrides,
     /// The debounced decision.
-    #[serde(default)]
-    pub decision: DecisionOverrides,
+    #[serde(default, deserialize_with = "numbers::decision")]
+    pub decision: Numbers,
     /// The load trigger.
-    #[serde(default)]
-    pub load: LoadOverrides,
-}
-
-/// When the probability becomes a yes or a no.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct DecisionOverrides {
-    /// The probability above which contact counts as stable.
-    pub threshold: Option<f32>,
-    /// How long it must be above before the decision is "stable", s.
-    pub on_delay_s: Option<f32>,
-    /// How long it must be below before the decision is "not stable", s.
-    pub off_delay_s: Option<f32>,
-}
-
-/// When the foot counts as loaded, in the unit of the load signal.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct LoadOverrides {
-    /// Loaded from this load on.
-    pub on_threshold: Option<f32>,
-    /// No longer loaded below this load.
-    pub off_threshold: Option<f32>,
+    #[serde(default, deserialize_with = "numbers::load")]
+    pub load: Numbers,
 }
 
 /// Why a configuration file cannot be used.
@@ -296,12 +209,9 @@ impl Overrides {
         set(&mut params.window, self.window);
         self.bandwidth.apply(&mut params.bandwidth);
         self.half_width.apply(&mut params.half_width);
-        self.attitude.apply(&mut params.attitude);
-        set(&mut params.decision.threshold, self.decision.threshold);
-        set(&mut params.decision.on_delay, self.decision.on_delay_s);
-        set(&mut params.decision.off_delay, self.decision.off_delay_s);
-        set(&mut params.load.on_threshold, self.load.on_threshold);
-        set(&mut params.load.off_threshold, self.load.off_threshold);
+        for numbers in [&self.attitude, &self.decision, &self.load] {
+            numbers.apply(params);
+        }
     }
 }
 
@@ -358,174 +268,4 @@ fn key_on_line(text: &str, line: usize) -> Option<String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use estimator_core::{
-        AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams,
-    };
-
-    fn applied(text: &str) -> Params {
-        let mut params = Params::DEFAULT;
-        Overrides::parse(text, "x.toml").unwrap().apply(&mut params);
-        params
-    }
-
-    fn message(text: &str) -> String {
-        Overrides::parse(text, "x.toml").unwrap_err().to_string()
-    }
-
-    #[test]
-    fn an_empty_file_changes_nothing() {
-        assert_eq!(applied(""), Params::DEFAULT);
-    }
-
-    #[test]
-    fn every_key_reaches_its_parameter() {
-        let params = applied(
-            "sample_rate_hz = 500\ngravity = 'removed'\nwindow = '25samples'\n\
-             method = 'half_widths'\nlearning = 'frozen'\n\
-             [learnt]\nstill_seconds = 31\nmoving_seconds = 32\nidle_seconds = 33\n\
-             acceleration = { still = 22, moving = 23, width = 24 }\n\
-             rate = { still = 25, moving = 26, width = 27 }\n\
-             velocity = { still = 28, moving = 29, width = 30 }\n\
-             [bandwidth]\nacceleration_m_s2 = 1\nangular_rate_rad_s = 2.0\n\
-             [half_width]\nacceleration_m_s2 = { ax = 3, ay = 4, az = 5 }\n\
-             angular_rate_rad_s = { wx = 6, wy = 7, wz = 8 }\n\
-             [attitude]\ngyro_timing = '9ms'\nmotion_time_constant_s = 10\nquiet_gain = 11\n\
-             quiet_acceleration_m_s2 = 12\nquiet_rate_rad_s = 13\n\
-             [attitude.rest]\nduration_s = 14\nacceleration_m_s2 = 15\nrate_rad_s = 16\n\
-             bias_limit_rad_s = 17\nbias_time_constant_s = 18\n\
-             [decision]\nthreshold = 0.6\non_delay_s = 0.1\noff_delay_s = 0.2\n\
-             [load]\non_threshold = 20\noff_threshold = 10\n",
-        );
-        let expected = Params {
-            sample_rate: 500.0,
-            gravity: Gravity::Removed,
-            method: Method::HalfWidths,
-            learning: Learning::Frozen,
-            learnt: Some(Learnt::from_array([
-                22.0, 23.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 30.0, 31.0, 32.0, 33.0,
-            ])),
-            // No key reaches these.
-            stillness: Params::DEFAULT.stillness,
-            window: WindowLength::Samples(25),
-            bandwidth: PerAxis::by_sensor(1.0, 2.0),
-            half_width: PerAxis::from_array([3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
-            attitude: AttitudeParams {
-                gyro_timing: GyroTiming::Delay(0.009),
-                motion_time_constant: 10.0,
-                quiet_gain: 11.0,
-                quiet_acceleration: 12.0,
-                quiet_rate: 13.0,
-                rest: RestParams {
-                    duration: 14.0,
-                    acceleration: 15.0,
-                    rate: 16.0,
-                    bias_limit: 17.0,
-                    bias_time_constant: 18.0,
-                },
-            },
-            decision: DecisionParams {
-                threshold: 0.6,
-                on_delay: 0.1,
-                off_delay: 0.2,
-            },
-            load: LoadParams {
-                on_threshold: 20.0,
-                off_threshold: 10.0,
-            },
-        };
-        assert_eq!(params, expected);
-    }
-
-    #[test]
-    fn what_was_learnt_is_given_whole() {
-        assert_eq!(
-            message("[learnt]\nstill_seconds = 1\nmoving_seconds = 1\n"),
-            "x.toml, line 1: missing field `idle_seconds`"
-        );
-        assert_eq!(
-            message("method = 'kernel'\n"),
-            "x.toml, line 1, key method: \"kernel\" is neither \"self_calibrating\" nor \"half_widths\""
-        );
-    }
-
-    #[test]
-    fn an_axis_that_is_not_named_keeps_its_value() {
-        let params = applied("half_width.acceleration_m_s2 = { az = 0.8 }");
-        assert_eq!(params.half_width.to_array()[..3], [0.4, 0.4, 0.8]);
-    }
-
-    #[test]
-    fn an_unknown_key_is_named_with_its_line() {
-        assert_eq!(
-            message("\n[half_width]\nacceleration = 1.0\n"),
-            "x.toml, line 3, key half_width.acceleration: unknown field `acceleration`, \
-             expected `acceleration_m_s2` or `angular_rate_rad_s`"
-        );
-    }
-
-    #[test]
-    fn a_value_of_the_wrong_kind_is_named_with_its_key() {
-        assert_eq!(
-            message("[load]\non_threshold = 'high'\n"),
-            "x.toml, line 2, key load.on_threshold: invalid type: string \"high\", expected f32"
-        );
-        assert_eq!(
-            message("[bandwidth]\nangular_rate_rad_s = 'low'\n"),
-            "x.toml, line 2, key bandwidth.angular_rate_rad_s: \
-             invalid type: string \"low\", expected a number or a table of axes"
-        );
-    }
-
-    #[test]
-    fn an_unknown_axis_is_named() {
-        let message = message("[bandwidth]\nangular_rate_rad_s = { ax = 1 }\n");
-        assert!(
-            message.starts_with(
-                "x.toml, line 2, key bandwidth.angular_rate_rad_s: unknown field `ax`"
-            ),
-            "{message}"
-        );
-    }
-
-    #[test]
-    fn a_sample_rate_is_checked_as_the_option_is() {
-        for wrong in ["0", "-5", "nan", "inf"] {
-            assert!(
-                message(&format!("sample_rate_hz = {wrong}\n"))
-                    .starts_with("x.toml, line 1, key sample_rate_hz: "),
-            );
-        }
-        assert_eq!(
-            message("sample_rate_hz = -5\n"),
-            "x.toml, line 1, key sample_rate_hz: -5 is no sample rate: write a number of Hz above 0"
-        );
-    }
-
-    #[test]
-    fn the_load_trigger_is_in_the_unit_of_the_formats_load() {
-        for (format, with_its_load) in [
-            (Format::Csv, Params::DEFAULT),
-            (Format::PceAtlas, Params::PAPER),
-            (Format::Lcd, Params::DEFAULT),
-            (Format::PceGo1, Params::PAPER_GO1),
-        ] {
-            let expected = Params {
-                load: with_its_load.load,
-                ..default_params()
-            };
-            assert_eq!(Preset::Default.params(format), expected, "{format:?}");
-        }
-    }
-
-    #[test]
-    fn every_preset_is_valid_for_every_format() {
-        for preset in [Preset::Default, Preset::Paper] {
-            for format in Format::value_variants() {
-                let params = preset.params(*format);
-                assert!(params.validate::<256>().is_ok(), "{preset:?}, {format:?}");
-            }
-        }
-    }
-}
+mod tests;

@@ -1,13 +1,12 @@
-//! A refused parameter in the words of whoever set it: option or key, unit and file.
+//! A refused parameter by the option or key that sets it, with unit and file.
 
-use std::fmt;
-
-use estimator_core::{Axis, Method, Params, ParamsError, WindowLength};
+use estimator_core::{Axis, Method, Parameter, Params, ParamsError, WindowLength};
+use recordings::input::time::{MICROSECONDS_HINT, MILLISECONDS_HINT};
+use recordings::number::shown;
 use thiserror::Error;
 
+use super::numbers::Written;
 use super::{Overrides, SensorOverrides};
-use crate::input::csv::{MICROSECONDS_HINT, MILLISECONDS_HINT};
-use crate::number::shown;
 
 /// Why the parameters that preset, configuration file, recording and options add up to are not
 /// valid: one sentence that names what set the parameter, its value, unit and range.
@@ -80,7 +79,7 @@ impl Origins<'_> {
         )))
     }
 
-    /// Says `error`, which `params` caused, in the words of whoever set them.
+    /// Says `error`, which `params` caused, by the options or keys that set them.
     #[must_use]
     pub fn explain(&self, error: &ParamsError, params: &Params) -> Refusal {
         Refusal(match error {
@@ -101,13 +100,13 @@ impl Origins<'_> {
                 max,
             } => {
                 let name = Name::of(field);
-                let [is, low, high] = [*value, *min, *max].map(|v| name.unit.written(v));
+                let [is, low, high] = [*value, *min, *max].map(|v| name.written.number(v));
                 let subject = match *field {
                     "window" => self.window_name(),
                     "sample_rate" => self.sample_rate_name(),
                     _ => self.key_name(&name),
                 };
-                let unit = name.unit;
+                let unit = name.written.symbol();
                 let hint = match *field {
                     "sample_rate" => self.unit_of_times(*value, *min, *max),
                     _ => "",
@@ -128,9 +127,9 @@ impl Origins<'_> {
             "load.off_threshold is {} ({}), which is above load.on_threshold, {} ({}): \
              a load that ends a stance must not exceed the one that starts it",
             shown(params.load.off_threshold),
-            origin(load.off_threshold),
+            origin(load.get(Parameter::LoadOffThreshold)),
             shown(params.load.on_threshold),
-            origin(load.on_threshold),
+            origin(load.get(Parameter::LoadOnThreshold)),
         )
     }
 
@@ -162,7 +161,7 @@ impl Origins<'_> {
         }
     }
 
-    /// What a rate far too low tells about the times that it was measured from.
+    /// What a rate far too low says about the times that it was measured from.
     fn unit_of_times(&self, rate: f32, min: f32, max: f32) -> &'static str {
         let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
         match self.sample_rate {
@@ -177,90 +176,29 @@ impl Origins<'_> {
 struct Name {
     key: String,
     axis: Option<&'static str>,
-    unit: Unit,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Unit {
-    None,
-    Hertz,
-    Seconds,
-    /// Written in ms, although the field is in s.
-    Milliseconds,
-    MetresPerSecondSquared,
-    RadiansPerSecond,
-}
-
-impl Unit {
-    /// A field's value as a person writes it.
-    fn written(self, value: f32) -> String {
-        match self {
-            // By way of decimals: 1e-4 s in binary are not quite 0.1 ms.
-            Self::Milliseconds => match value.to_string().parse::<f64>() {
-                Ok(seconds) => shown((1.0e3 * seconds) as f32),
-                Err(_) => shown(1.0e3 * value),
-            },
-            _ => shown(value),
-        }
-    }
-
-    /// The end of a key of this unit.
-    const fn suffix(self) -> &'static str {
-        match self {
-            Self::None | Self::Milliseconds => "",
-            Self::Hertz => "_hz",
-            Self::Seconds => "_s",
-            Self::MetresPerSecondSquared => "_m_s2",
-            Self::RadiansPerSecond => "_rad_s",
-        }
-    }
-}
-
-impl fmt::Display for Unit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::None => "",
-            Self::Hertz => " Hz",
-            Self::Seconds => " s",
-            Self::Milliseconds => " ms",
-            Self::MetresPerSecondSquared => " m/s²",
-            Self::RadiansPerSecond => " rad/s",
-        })
-    }
+    written: Written,
 }
 
 impl Name {
     fn of(field: &str) -> Self {
+        let written = Written::of(field);
         let (table, last) = field.rsplit_once('.').unwrap_or(("", field));
         if let Some(axis) = Axis::ALL.iter().position(|axis| axis.name() == last) {
-            let (sensor, unit) = if axis < 3 {
-                ("acceleration", Unit::MetresPerSecondSquared)
+            let sensor = if axis < 3 {
+                "acceleration"
             } else {
-                ("angular_rate", Unit::RadiansPerSecond)
+                "angular_rate"
             };
             return Self {
-                key: format!("{table}.{sensor}{}", unit.suffix()),
+                key: format!("{table}.{sensor}{}", written.suffix()),
                 axis: Some(Axis::ALL[axis].name()),
-                unit,
+                written,
             };
         }
-        let unit = match last {
-            "sample_rate" => Unit::Hertz,
-            "window" | "gyro_timing" => Unit::Milliseconds,
-            "on_delay"
-            | "off_delay"
-            | "duration"
-            | "time_constant"
-            | "motion_time_constant"
-            | "bias_time_constant" => Unit::Seconds,
-            "acceleration" | "quiet_acceleration" => Unit::MetresPerSecondSquared,
-            "rate" | "quiet_rate" | "bias_limit" => Unit::RadiansPerSecond,
-            _ => Unit::None,
-        };
         Self {
-            key: format!("{field}{}", unit.suffix()),
+            key: format!("{field}{}", written.suffix()),
             axis: None,
-            unit,
+            written,
         }
     }
 }
@@ -268,7 +206,7 @@ impl Name {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::CAPACITY;
+    use recordings::replay::CAPACITY;
 
     /// The overrides in a file, and the default preset with them.
     fn applied(text: &str) -> (Overrides, Params) {

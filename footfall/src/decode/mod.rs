@@ -7,7 +7,7 @@
 //! | a row per contact | [`row`] |
 //! | what came, what is missing, what is wrong | [`report`] |
 //!
-//! Which of the two a file is, its contents tell.
+//! Which of the two a file is, its contents show.
 
 mod can;
 pub mod report;
@@ -20,7 +20,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
-pub use report::{Format, Report};
+pub use report::{Medium, Report};
 pub use row::Row;
 
 use wire::NodeId;
@@ -126,7 +126,7 @@ mod tests {
     fn a_log_whose_first_and_last_lines_are_broken_is_still_a_log() {
         let log = b"00114) can0 191#FF\n(1.000000) can0 711#00\n\0\0\0";
         let decoded = decode(log, "can.log", &[]).unwrap();
-        assert_eq!(decoded.report.format, Format::Can);
+        assert_eq!(decoded.report.format, Medium::Can);
         assert_eq!(decoded.report.problems["malformed_lines"], 2);
     }
 }

@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::row::Row;
 
-/// What kind of file it is.
+/// The line that the foot has sent on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Format {
+pub enum Medium {
     /// A log of `candump -l`.
     Can,
     /// A recording of the serial line.
@@ -50,8 +50,8 @@ pub struct BoardReport {
 /// What came, what is missing, and what could not be understood.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// What kind of file it is.
-    pub format: Format,
+    /// The line that the foot has sent on.
+    pub format: Medium,
     /// Rows: contact frames or messages.
     pub rows: usize,
     /// Time of the first row, s.
@@ -67,7 +67,7 @@ pub struct Report {
     pub gaps: u64,
     /// Sequence numbers that are missing, those of damaged frames included.
     pub missing: u64,
-    /// How often a foot has started anew within the file: its clock and its numbers with it.
+    /// How often a foot has started again within the file: its clock and its numbers with it.
     pub restarts: u64,
     /// Contacts that stand in the file twice; they have one row.
     pub duplicates: u64,
@@ -81,7 +81,7 @@ pub struct Report {
 }
 
 impl Report {
-    pub(super) const fn new(format: Format) -> Self {
+    pub(super) const fn new(format: Medium) -> Self {
         Self {
             format,
             rows: 0,
@@ -144,8 +144,8 @@ fn seconds(micros: u64) -> f64 {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let format = match self.format {
-            Format::Can => "CAN log",
-            Format::Uart => "serial line",
+            Medium::Can => "CAN log",
+            Medium::Uart => "serial line",
         };
         write!(f, "{format}: {} rows", self.rows)?;
         if let (Some(first), Some(last)) = (self.first_s, self.last_s) {

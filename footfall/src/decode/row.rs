@@ -7,7 +7,7 @@ use estimator_core::{Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
 use wire::NodeId;
 use wire::pdo::Status;
 
-use crate::output::decision_name;
+use recordings::output::decision_name;
 
 /// The header of the table of decoded rows. Columns that `samples.csv` has too have its names,
 /// its units and its meaning; a cell is blank where nothing was sent with that sample.
@@ -17,9 +17,9 @@ use crate::output::decision_name;
 /// | `t` | time of the sample: on the serial line as the foot says it; on CAN in steps of 10 µs, counted from the start of the turn of the 16-bit clock in which the log begins | s |
 /// | `interface` | the CAN interface that received it: two may each have a foot of the same id | |
 /// | `node` | the foot's node id; on the serial line from the first health message on | |
-/// | `segment` | how often the foot has started anew before, which sets `t` and `sequence` back | |
+/// | `segment` | how often the foot has started again before, which sets `t` and `sequence` back | |
 /// | `sequence` | the frame's sequence number, modulo 2⁸ on CAN, 2¹⁶ on the serial line | |
-/// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in [`HEADER`](crate::output::HEADER) | |
+/// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in [`HEADER`](recordings::output::HEADER) | |
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
 /// | `temperature` | the sensor's | °C |
 /// | `decision` | `stable` or `not_stable`, debounced | |
@@ -37,7 +37,7 @@ pub struct Row {
     pub interface: Option<Arc<str>>,
     /// The foot's node id, where it is known.
     pub node: Option<NodeId>,
-    /// How often the foot has started anew before.
+    /// How often the foot has started again before.
     pub segment: u32,
     /// The frame's sequence number.
     pub sequence: u16,

@@ -9,7 +9,7 @@ use wire::sequence::{Step, step_u16};
 use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, Problem};
 use wire::{Fault, NodeId};
 
-use super::report::{BoardReport, Format, Report};
+use super::report::{BoardReport, Medium, Report};
 use super::{Decoded, Row};
 
 /// Decodes all bytes of a recording; `None` where nothing in it has the CRC of a frame.
@@ -89,7 +89,7 @@ impl Stream {
     const fn new() -> Self {
         Self {
             rows: Vec::new(),
-            report: Report::new(Format::Uart),
+            report: Report::new(Medium::Uart),
             newest: None,
             segment: 0,
             node: None,

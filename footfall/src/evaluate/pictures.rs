@@ -3,61 +3,53 @@
 
 use std::io;
 
-use super::Evaluation;
-use super::method::Method;
-use super::sets::{Pool, Set};
-use crate::metrics::Scored;
-use crate::plot::{histogram, reliability};
-use crate::reliability::{bins, calibration_error};
+use scoring::evaluation::Evaluation;
+use scoring::method::Method;
+use scoring::reliability::{bins, calibration_error};
+use scoring::sets::{Pool, Set};
 
-impl Evaluation {
-    /// The paper's comparison: the histogram of |P − label| of this estimator and of fuzzy c-means
-    /// on the recording with slip, as an SVG.
-    ///
-    /// # Errors
-    /// What the drawing library reports.
-    pub fn histogram(&self) -> io::Result<String> {
-        let series = [Method::Default, Method::FuzzyCMeans].map(|method| histogram::Series {
-            name: method.name(),
-            errors: self
-                .scored(method, |set| set == Set::Slip)
-                .iter()
-                .map(|s| (s.probability - s.truth()).abs())
-                .collect(),
-        });
-        let title = "Distance of the probability from the label, ATLAS on a slippery floor";
-        histogram::svg(title, &series)
-    }
+use crate::plot::{histogram as histogram_plot, reliability as reliability_diagram};
 
-    /// The reliability diagrams of the methods that give a probability, on the two robots' families,
-    /// as one SVG.
-    ///
-    /// # Errors
-    /// What the drawing library reports.
-    pub fn reliability(&self) -> io::Result<String> {
-        let panels = Pool::ALL.map(|pool| {
-            let methods = [Method::Default, Method::Paper, Method::FuzzyCMeans];
-            reliability::Panel {
-                title: pool.family().name().to_owned(),
-                series: methods.map(|method| {
-                    let scored = self.scored(method, |set| set.family() == pool.family());
-                    let error = calibration_error(&scored).unwrap_or(0.0);
-                    reliability::Series {
-                        name: format!("{}: {error:.3}", method.name()),
-                        bins: bins(&scored),
-                    }
-                }),
-            }
-        });
-        reliability::svg(
-            "How often P comes true, with the calibration error",
-            &panels,
-        )
-    }
+/// The paper's comparison: the histogram of |P − label| of this estimator and of fuzzy c-means
+/// on the recording with slip, as an SVG.
+///
+/// # Errors
+/// What the drawing library reports.
+pub fn histogram(evaluation: &Evaluation) -> io::Result<String> {
+    let series = [Method::Default, Method::FuzzyCMeans].map(|method| histogram_plot::Series {
+        name: method.name(),
+        errors: evaluation
+            .scored(method, |set| set == Set::Slip)
+            .iter()
+            .map(|s| (s.probability - s.truth()).abs())
+            .collect(),
+    });
+    let title = "Distance of the probability from the label, ATLAS on a slippery floor";
+    histogram_plot::svg(title, &series)
+}
 
-    fn scored(&self, method: Method, of: impl Fn(Set) -> bool) -> Vec<Scored> {
-        let sets = self.evaluated(method).into_iter().flat_map(|e| &e.sets);
-        let scored = sets.filter(|on| of(on.set)).flat_map(|on| &on.scored);
-        scored.copied().collect()
-    }
+/// The reliability diagrams of the methods that give a probability, on the two robots' families,
+/// as one SVG.
+///
+/// # Errors
+/// What the drawing library reports.
+pub fn reliability(evaluation: &Evaluation) -> io::Result<String> {
+    let panels = Pool::ALL.map(|pool| {
+        let methods = [Method::Default, Method::Paper, Method::FuzzyCMeans];
+        reliability_diagram::Panel {
+            title: pool.family().name().to_owned(),
+            series: methods.map(|method| {
+                let scored = evaluation.scored(method, |set| set.family() == pool.family());
+                let error = calibration_error(&scored).unwrap_or(0.0);
+                reliability_diagram::Series {
+                    name: format!("{}: {error:.3}", method.name()),
+                    bins: bins(&scored),
+                }
+            }),
+        }
+    });
+    reliability_diagram::svg(
+        "How often P comes true, with the calibration error",
+        &panels,
+    )
 }

@@ -2,13 +2,13 @@
 
 use std::fmt::{self, Write};
 
-use super::method::Method;
-use super::peers::Detector;
-use super::score::{Figures, Scores};
-use super::sets::{Pool, Set};
-use super::teaching::Teachers;
-use super::{About, Evaluated, Evaluation};
-use crate::metrics::Latency;
+use scoring::evaluation::{About, Evaluated, Evaluation};
+use scoring::method::Method;
+use scoring::metrics::Latency;
+use scoring::peers::Detector;
+use scoring::score::{Figures, Scores};
+use scoring::sets::{Pool, Set};
+use scoring::teaching::Teachers;
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -171,106 +171,103 @@ const COMPARED: [Figure; 5] = [
     Figure::FalseStable,
 ];
 
-impl Evaluation {
-    /// The table for the README: some methods and some figures of the
-    /// [full tables](Self::full_tables).
-    #[must_use]
-    pub fn brief_table(&self, style: Style) -> String {
-        let methods = self.methods.iter();
-        let brief = methods.filter(|evaluated| BRIEF_METHODS.contains(&evaluated.method));
-        let title =
-            |(scope, figure): &(Scope, Figure)| format!("{} {}", scope.name(), figure.title());
-        let row = |evaluated: &Evaluated| {
-            let cells = BRIEF_COLUMNS.iter();
-            let cells = cells.map(|(scope, figure)| figure.cell(scope.scores(evaluated)));
-            [evaluated.name.clone()].into_iter().chain(cells).collect()
-        };
-        let table = Table {
-            head: head(BRIEF_COLUMNS.iter().map(title)),
-            rows: brief.map(row).collect(),
-        };
-        written(|to| table.write(style, to))
-    }
+/// The table for the README: some methods and some figures of the
+/// [full tables](full_tables).
+#[must_use]
+pub fn brief_table(evaluation: &Evaluation, style: Style) -> String {
+    let methods = evaluation.methods.iter();
+    let brief = methods.filter(|evaluated| BRIEF_METHODS.contains(&evaluated.method));
+    let title = |(scope, figure): &(Scope, Figure)| format!("{} {}", scope.name(), figure.title());
+    let row = |evaluated: &Evaluated| {
+        let cells = BRIEF_COLUMNS.iter();
+        let cells = cells.map(|(scope, figure)| figure.cell(scope.scores(evaluated)));
+        [evaluated.name.clone()].into_iter().chain(cells).collect()
+    };
+    let table = Table {
+        head: head(BRIEF_COLUMNS.iter().map(title)),
+        rows: brief.map(row).collect(),
+    };
+    written(|to| table.write(style, to))
+}
 
-    /// Everything: the means over sets, the pools, each figure set beside set, then for each set all
-    /// figures and what each method knew.
-    #[must_use]
-    pub fn full_tables(&self, style: Style) -> String {
-        written(|to| {
-            write_title("Means over seven sets", style, to)?;
-            self.scope_table(Scope::Mean).write(style, to)?;
-            for pool in Pool::ALL {
-                to.push('\n');
-                write_title(pool.name(), style, to)?;
-                self.scope_table(Scope::Pool(pool)).write(style, to)?;
-            }
-            for figure in COMPARED {
-                to.push('\n');
-                write_title(&format!("{} by set", figure.title()), style, to)?;
-                self.figure_table(figure).write(style, to)?;
-            }
-            for about in &self.sets {
-                to.push('\n');
-                write_title(&set_title(about), style, to)?;
-                writeln!(to, "{}\n", described(about))?;
-                self.set_table(about.set).write(style, to)?;
-            }
-            Ok(())
-        })
-    }
-
-    /// All figures of one scope, of the methods that have any.
-    fn scope_table(&self, scope: Scope) -> Table {
-        let row = |evaluated: &Evaluated| {
-            let scores = scope.scores(evaluated)?;
-            let cells = Figure::ALL.map(|figure| figure.cell(Some(scores)));
-            Some([evaluated.name.clone()].into_iter().chain(cells).collect())
-        };
-        Table {
-            head: head(Figure::ALL.map(|figure| figure.title().to_owned())),
-            rows: self.methods.iter().filter_map(row).collect(),
+/// Everything: the means over sets, the pools, each figure set beside set, then for each set all
+/// figures and what each method knew.
+#[must_use]
+pub fn full_tables(evaluation: &Evaluation, style: Style) -> String {
+    written(|to| {
+        write_title("Means over seven sets", style, to)?;
+        scope_table(evaluation, Scope::Mean).write(style, to)?;
+        for pool in Pool::ALL {
+            to.push('\n');
+            write_title(pool.name(), style, to)?;
+            scope_table(evaluation, Scope::Pool(pool)).write(style, to)?;
         }
-    }
-
-    /// One figure of all methods: the mean, ATLAS pooled, and every set.
-    fn figure_table(&self, figure: Figure) -> Table {
-        let scopes = || {
-            let sets = Set::ALL.into_iter().map(Scope::Set);
-            [Scope::Mean, Scope::Pool(Pool::Atlas)]
-                .into_iter()
-                .chain(sets)
-        };
-        let row = |evaluated: &Evaluated| {
-            let cells = scopes().map(|scope| figure.cell(scope.scores(evaluated)));
-            [evaluated.name.clone()].into_iter().chain(cells).collect()
-        };
-        Table {
-            head: head(scopes().map(|scope| scope.name().to_owned())),
-            rows: self.methods.iter().map(row).collect(),
+        for figure in COMPARED {
+            to.push('\n');
+            write_title(&format!("{} by set", figure.title()), style, to)?;
+            figure_table(evaluation, figure).write(style, to)?;
         }
-    }
-
-    /// All figures on a set, of the methods that can run on it.
-    fn set_table(&self, set: Set) -> Table {
-        let titles = Figure::ALL.into_iter().map(Figure::title);
-        let titles = titles.chain(["on", "off", "missed", "what it knew"]);
-        let row = |evaluated: &Evaluated| {
-            let on = evaluated.sets.iter().find(|on| on.set == set)?;
-            let figures = &on.figures;
-            let scores = Figure::ALL.map(|figure| figure.cell(Some(&figures.scores)));
-            let others = [
-                latency(&figures.latency_on),
-                latency(&figures.latency_off),
-                missed(figures),
-                on.knowledge.learnt.clone(),
-            ];
-            let name = [evaluated.name.clone()];
-            Some(name.into_iter().chain(scores).chain(others).collect())
-        };
-        Table {
-            head: head(titles.map(str::to_owned)),
-            rows: self.methods.iter().filter_map(row).collect(),
+        for about in &evaluation.sets {
+            to.push('\n');
+            write_title(&set_title(about), style, to)?;
+            writeln!(to, "{}\n", described(about))?;
+            set_table(evaluation, about.set).write(style, to)?;
         }
+        Ok(())
+    })
+}
+
+/// All figures of one scope, of the methods that have any.
+fn scope_table(evaluation: &Evaluation, scope: Scope) -> Table {
+    let row = |evaluated: &Evaluated| {
+        let scores = scope.scores(evaluated)?;
+        let cells = Figure::ALL.map(|figure| figure.cell(Some(scores)));
+        Some([evaluated.name.clone()].into_iter().chain(cells).collect())
+    };
+    Table {
+        head: head(Figure::ALL.map(|figure| figure.title().to_owned())),
+        rows: evaluation.methods.iter().filter_map(row).collect(),
+    }
+}
+
+/// One figure of all methods: the mean, ATLAS pooled, and every set.
+fn figure_table(evaluation: &Evaluation, figure: Figure) -> Table {
+    let scopes = || {
+        let sets = Set::ALL.into_iter().map(Scope::Set);
+        [Scope::Mean, Scope::Pool(Pool::Atlas)]
+            .into_iter()
+            .chain(sets)
+    };
+    let row = |evaluated: &Evaluated| {
+        let cells = scopes().map(|scope| figure.cell(scope.scores(evaluated)));
+        [evaluated.name.clone()].into_iter().chain(cells).collect()
+    };
+    Table {
+        head: head(scopes().map(|scope| scope.name().to_owned())),
+        rows: evaluation.methods.iter().map(row).collect(),
+    }
+}
+
+/// All figures on a set, of the methods that can run on it.
+fn set_table(evaluation: &Evaluation, set: Set) -> Table {
+    let titles = Figure::ALL.into_iter().map(Figure::title);
+    let titles = titles.chain(["on", "off", "missed", "what it knew"]);
+    let row = |evaluated: &Evaluated| {
+        let on = evaluated.sets.iter().find(|on| on.set == set)?;
+        let figures = &on.figures;
+        let scores = Figure::ALL.map(|figure| figure.cell(Some(&figures.scores)));
+        let others = [
+            latency(&figures.latency_on),
+            latency(&figures.latency_off),
+            missed(figures),
+            on.knowledge.learnt.clone(),
+        ];
+        let name = [evaluated.name.clone()];
+        Some(name.into_iter().chain(scores).chain(others).collect())
+    };
+    Table {
+        head: head(titles.map(str::to_owned)),
+        rows: evaluation.methods.iter().filter_map(row).collect(),
     }
 }
 

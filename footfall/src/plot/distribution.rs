@@ -80,7 +80,7 @@ fn draw_legend(area: &Area<'_>) -> Drawn {
 fn draw_panel(
     area: &Area<'_>,
     quantity: &QuantityReport,
-    place: usize,
+    index: usize,
     amplitudes: &[Amplitudes],
 ) -> Drawn {
     let [at_rest, edge, in_motion] =
@@ -89,7 +89,7 @@ fn draw_panel(
     let values = || {
         amplitudes
             .iter()
-            .map(|sample| (sample.values[place], sample.stable))
+            .map(|sample| (sample.values[index], sample.stable))
     };
     let still = histogram(values(), &shown);
     let moving = histogram(

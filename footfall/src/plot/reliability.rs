@@ -4,12 +4,12 @@ use std::io;
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use scoring::reliability::Bin;
 
 use super::{
     Area, Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, TOTAL_COLOUR,
     VALUE_AXIS_WIDTH, VERTICAL_COLOUR, axes, text_style,
 };
-use crate::reliability::Bin;
 
 const WIDTH: u32 = 1600;
 const HEIGHT: u32 = 860;

@@ -1,4 +1,4 @@
-//! A foot in closed form, which shares nothing with `footfall::gait`: its gait, its sensor, and how
+//! A foot in closed form, which shares nothing with `gait`: its gait, its sensor, and how
 //! right an estimator is about it.
 
 use std::f64::consts::TAU;

@@ -8,10 +8,10 @@ use crate::storage::{Flash, load, stored};
 use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method};
 use firmware::ports::{Input, Reloaded, Request};
 use firmware::storage::Origin;
-use footfall::gait::{Activity, GaitName, Ground, Motion, Plan, SensorParams};
-use footfall::recording::{RecordedSample, Recording};
-use footfall::replay::replay;
+use gait::{Activity, GaitName, Ground, Plan, SensorParams, Track};
 use lsm6dsox::sim::SharedPart;
+use recordings::recording::{RecordedSample, Recording};
+use recordings::replay::replay;
 use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::node::{CalibrationState, Command};
 use wire::uart::{Answer, ConfigGet, Message};
@@ -28,8 +28,8 @@ const FORGET: Value = Value::U8(2);
 /// A walk is settled by then, ms.
 const SETTLED_MS: u64 = 10_000;
 
-fn walk(seconds: f64, seed: u64) -> Motion {
-    Motion::new(&Plan::steady(GaitName::Walk, Ground::Hard, seconds, seed))
+fn walk(seconds: f64, seed: u64) -> Track {
+    Track::new(&Plan::steady(GaitName::Walk, Ground::Hard, seconds, seed))
 }
 
 /// A foot that stands for two seconds and walks then.
@@ -97,8 +97,8 @@ fn classes(learnt: Learnt) -> [f32; 9] {
 fn a_walking_foot_settles_within_five_steps() {
     for (gait, seed) in [(GaitName::Walk, 3), (GaitName::Trot, 4)] {
         let plan = Plan::steady(gait, Ground::Hard, 30.0, seed);
-        let truth = Motion::new(&plan);
-        let part = SensorParams::LSM6DSOX.mounted(Motion::new(&plan), 0.0, seed);
+        let truth = Track::new(&plan);
+        let part = SensorParams::LSM6DSOX.mounted(Track::new(&plan), 0.0, seed);
         let mut bench = Bench::new(Settings::default());
         let (mut steps, mut in_the_air) = (0, false);
         let mut settled_after = None;

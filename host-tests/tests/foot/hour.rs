@@ -2,8 +2,8 @@
 
 use crate::bench::{Bench, MS, Run, SECOND, part, run};
 use estimator_core::Decision;
-use footfall::gait::{Activity, GaitName, Ground, Motion, Plan, SensorParams};
-use footfall::gait::{sensor::GRAVITY, space::Vector};
+use gait::sensor::felt_by;
+use gait::{Activity, GaitName, Ground, Plan, SensorParams, Track};
 use lsm6dsox::sim::Stimulus;
 use wire::pdo::Unwrapper;
 use wire::uart::Message;
@@ -22,16 +22,10 @@ struct Walking {
 
 impl Walking {
     fn new() -> Self {
-        let motion = Motion::new(&Plan::steady(GaitName::Walk, Ground::Hard, WALK, 1));
+        let motion = Track::new(&Plan::steady(GaitName::Walk, Ground::Hard, WALK, 1));
         let felt = (0..(WALK * RATE) as usize).map(|tick| {
             let foot = motion.at(tick as f64 / RATE);
-            let against_gravity = foot.acceleration + Vector::new(0.0, 0.0, GRAVITY);
-            let stimulus = Stimulus {
-                specific_force: foot.orientation.to_sensor(against_gravity).to_array(),
-                angular_rate: foot.angular_rate.to_array(),
-                temperature: 25.0,
-            };
-            (stimulus, foot.activity)
+            (felt_by(&foot, 25.0), foot.activity)
         });
         Self {
             felt: felt.collect(),

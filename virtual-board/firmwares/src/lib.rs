@@ -53,8 +53,8 @@ impl Orbit {
 /// The addresses by which the fault program and its tests talk: in CCM RAM, which no start-up
 /// code and no stack touches.
 pub mod mailbox {
-    /// What to do wrong, a [`Misdeed`](super::Misdeed).
-    pub const MISDEED: u32 = 0x1000_0000;
+    /// What to do wrong, a [`Misuse`](super::Misuse).
+    pub const MISUSE: u32 = 0x1000_0000;
     /// How often the program has started.
     pub const STARTS: u32 = 0x1000_0004;
     /// The program counter that the fault handler found in its frame.
@@ -72,7 +72,7 @@ pub mod mailbox {
 /// What the fault program can do wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-pub enum Misdeed {
+pub enum Misuse {
     /// Executes what is no instruction, at the symbol `undefined_here`.
     Undefined = 1,
     /// Loads from where nothing is, at `load_here`.
@@ -101,7 +101,7 @@ pub enum Misdeed {
     WaitStates = 13,
 }
 
-impl Misdeed {
+impl Misuse {
     /// All of them.
     pub const ALL: [Self; 13] = [
         Self::Undefined,

@@ -1,11 +1,11 @@
-//! The debug block of the chip: which identification it has, and what stands still while a debugger
-//! halts the core. Only the supply's coming resets it (RM0090, 38.16).
+//! The debug block of the chip: its identification, and the peripherals that stand still while a
+//! debugger halts the core. Only power-up resets it (RM0090, 38.16).
 
 /// The registers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Dbgmcu {
     control: u32,
-    /// What freezes on APB1 and APB2.
+    /// Peripherals that freeze, on APB1 and APB2.
     freeze: [u32; 2],
 }
 

@@ -49,7 +49,7 @@ pub struct Nvic {
 impl Default for Nvic {
     fn default() -> Self {
         let mut enabled = [false; EXCEPTIONS];
-        // What has no enable bit of its own.
+        // Exceptions without an enable bit.
         for number in [
             exception::NMI,
             exception::HARD_FAULT,
@@ -72,7 +72,7 @@ impl Default for Nvic {
 }
 
 impl Nvic {
-    /// The exception to take next, and its group priority, whatever is masked.
+    /// The exception to take next, and its group priority, masks ignored.
     #[must_use]
     pub const fn next(&self) -> Option<(u16, i16)> {
         self.next
@@ -140,10 +140,10 @@ impl Nvic {
 
     /// Returns from an exception: whether it was active.
     pub fn end(&mut self, number: u16) -> bool {
-        let Some(place) = self.active.iter().rposition(|&active| active == number) else {
+        let Some(index) = self.active.iter().rposition(|&active| active == number) else {
             return false;
         };
-        self.active.remove(place);
+        self.active.remove(index);
         if let Some(line) = number.checked_sub(exception::INTERRUPT)
             && self.lines[usize::from(line)]
         {

@@ -4,8 +4,6 @@ use super::nvic::{Nvic, exception};
 
 /// Bits of the fault status register `CFSR`.
 pub mod cfsr {
-    /// A fetch from a place without code.
-    pub const IACCVIOL: u32 = 1 << 0;
     /// A fetch that the bus refused.
     pub const IBUSERR: u32 = 1 << 8;
     /// A load that the bus refused, at a known instruction.
@@ -84,12 +82,6 @@ impl Scb {
     #[must_use]
     pub const fn float_is_on(&self) -> bool {
         self.cpacr & (0b11 << 20) != 0
-    }
-
-    /// Whether the trace block, and with it the cycle counter, is on.
-    #[must_use]
-    pub const fn trace_is_on(&self) -> bool {
-        self.demcr & 1 << 24 != 0
     }
 
     /// Reads a word at an offset from `0xE000_E000`; `None` where nothing is modelled.

@@ -1,6 +1,6 @@
 //! Semihosting calls, as far as printing and exiting go.
 
-use crate::machine::Memory;
+use crate::memory::Memory;
 
 const SYS_OPEN: u32 = 0x01;
 const SYS_CLOSE: u32 = 0x02;
@@ -11,17 +11,17 @@ const SYS_EXIT: u32 = 0x18;
 
 const EXIT_SUCCESS: u32 = 0x2_0026;
 
-/// What a program said to its debugger.
+/// The output of a program to its debugger.
 #[derive(Clone, Debug, Default)]
 pub struct Semihosting {
-    /// What it wrote, to whatever file.
+    /// Bytes written, to any file.
     pub output: Vec<u8>,
     /// Whether it exited, and whether well.
     pub exit: Option<bool>,
 }
 
 impl Semihosting {
-    /// One call: what goes into R0, or `None` where it is not known.
+    /// One call: its result in R0, or `None` where it is not modelled.
     pub(crate) fn call(&mut self, memory: &mut dyn Memory, r0: u32, r1: u32) -> Option<u32> {
         let word = |memory: &mut dyn Memory, index: u32| memory.word(r1.wrapping_add(4 * index));
         match r0 {

@@ -1,5 +1,5 @@
 //! One analogue-to-digital converter: regular conversions of one channel, started by software,
-//! once or for ever.
+//! once or continuously.
 
 use super::unknown;
 use crate::time::{NEVER, cycle};
@@ -26,7 +26,7 @@ pub struct Adc {
     common: u32,
     done_at: u64,
     conversion: u64,
-    /// What each channel would convert to.
+    /// The code that each channel converts to.
     pub inputs: [u16; 19],
 }
 
@@ -59,7 +59,7 @@ impl Adc {
     /// When a conversion ends.
     #[must_use]
     pub const fn next_event(&self) -> u64 {
-        // Nobody but an interrupt needs to know at once.
+        // Only an interrupt is due at once.
         if self.control[0] & EOCIE == 0 {
             NEVER
         } else {
@@ -92,7 +92,7 @@ impl Adc {
         self.status |= EOC;
     }
 
-    /// Whether it asks for its interrupt.
+    /// Whether it requests its interrupt.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.status & EOC != 0 && self.control[0] & EOCIE != 0
@@ -125,7 +125,7 @@ impl Adc {
     /// Writes a register; the converter hangs on a bus of `pclk` hertz.
     ///
     /// # Errors
-    /// Where there is none, or what is asked for is not modelled.
+    /// Where there is none, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
         self.advance(now);
         match offset {

@@ -1,112 +1,32 @@
 //! The CAN controller bxCAN, and a bus with a second node.
+//!
+//! | step | where |
+//! |---|---|
+//! | the program puts a frame into a mailbox | `registers` |
+//! | mailboxes and other nodes compete for the bus, the frame ends | `bus` |
+//! | errors are counted | `errors` |
+//! | a frame of another node passes the filters | `receive` |
+//! | the program reads it from its FIFO | `registers` |
+
+mod bus;
+mod errors;
+mod frame;
+mod receive;
+mod registers;
 
 use std::collections::VecDeque;
 
-use super::unknown;
 use crate::time::{NEVER, cycle};
+pub use frame::{Frame, TimedFrame};
+use registers::{INAK, Mailbox, SLAK};
 
-/// A data frame.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Frame {
-    /// Its identifier: 11 bits, or 29 where `extended`.
-    pub id: u32,
-    /// Whether the identifier has 29 bits.
-    pub extended: bool,
-    /// Whether it asks for data instead of bringing it.
-    pub remote: bool,
-    /// Up to eight bytes.
-    pub data: Vec<u8>,
-}
-
-impl Frame {
-    /// A data frame with an identifier of 11 bits.
-    #[must_use]
-    pub fn new(id: u16, data: &[u8]) -> Self {
-        Self {
-            id: u32::from(id),
-            extended: false,
-            remote: false,
-            data: data.iter().copied().take(8).collect(),
-        }
-    }
-
-    /// Rank in arbitration: the lower one wins.
-    const fn rank(&self) -> u64 {
-        // Eleven bits, then RTR or SRR, IDE, eighteen bits, RTR.
-        if self.extended {
-            (self.id as u64 >> 18) << 21
-                | 0b11 << 19
-                | (self.id as u64 & 0x3_FFFF) << 1
-                | self.remote as u64
-        } else {
-            (self.id as u64) << 21 | (self.remote as u64) << 20
-        }
-    }
-
-    /// Its bits on the bus, stuffed, with the three between frames.
-    #[must_use]
-    pub fn bits(&self) -> u64 {
-        let mut bits = Vec::with_capacity(128);
-        let mut push = |value: u64, count: u32| {
-            bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
-        };
-        push(0, 1);
-        let length = self.data.len() as u64;
-        let id = u64::from(self.id);
-        if self.extended {
-            push(id >> 18, 11);
-            push(0b11, 2);
-            push(id & 0x3_FFFF, 18);
-            push(u64::from(self.remote), 1);
-            push(0, 2);
-        } else {
-            push(id, 11);
-            push(u64::from(self.remote), 1);
-            push(0, 2);
-        }
-        push(length, 4);
-        if !self.remote {
-            for &byte in &self.data {
-                push(u64::from(byte), 8);
-            }
-        }
-        let crc = bits.iter().fold(0_u32, |crc, &bit| {
-            let out = crc >> 14 & 1 == 1;
-            let crc = crc << 1 & 0x7FFF;
-            if out == bit { crc } else { crc ^ 0x4599 }
-        });
-        bits.extend((0..15).rev().map(|bit| crc >> bit & 1 == 1));
-        let (mut stuffed, mut run, mut last) = (0, 0, None);
-        for bit in bits {
-            stuffed += 1;
-            run = if last == Some(bit) { run + 1 } else { 1 };
-            last = Some(bit);
-            if run == 5 {
-                stuffed += 1;
-                (run, last) = (1, Some(!bit));
-            }
-        }
-        // CRC delimiter, acknowledge and its delimiter, end of frame, intermission.
-        stuffed + 1 + 2 + 7 + 3
-    }
-}
-
-/// A frame on the bus.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TimedFrame {
-    /// When it ended, in units of [`time`](crate::time).
-    pub time: u64,
-    /// The frame.
-    pub frame: Frame,
-}
-
-/// What is wrong with the bus.
+/// A fault of the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BusFault {
     /// Nothing.
     #[default]
     None,
-    /// Nobody else is there: nothing is acknowledged.
+    /// There is no other node: nothing is acknowledged.
     NoAcknowledge,
     /// Its lines are shorted: every bit sent comes back wrong, and it is never idle.
     Shorted,
@@ -114,38 +34,7 @@ pub enum BusFault {
     Saturated,
 }
 
-#[derive(Clone, Debug, Default)]
-struct Mailbox {
-    registers: [u32; 4],
-    pending: bool,
-    order: u64,
-}
-
-impl Mailbox {
-    fn frame(&self) -> Frame {
-        let [identifier, length, low, high] = self.registers;
-        let extended = identifier & 4 != 0;
-        let data: Vec<u8> = low
-            .to_le_bytes()
-            .into_iter()
-            .chain(high.to_le_bytes())
-            .collect();
-        Frame {
-            id: if extended {
-                identifier >> 3
-            } else {
-                identifier >> 21
-            },
-            extended,
-            remote: identifier & 2 != 0,
-            data: data
-                .into_iter()
-                .take((length & 0xF).min(8) as usize)
-                .collect(),
-        }
-    }
-}
-
+/// The sender of the frame on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sender {
     Mailbox(usize),
@@ -181,34 +70,17 @@ pub struct Can {
     busy: Option<(Sender, u64)>,
     /// When the bus is idle enough to take part, or to come back from bus-off.
     joined_at: u64,
-    /// What is wrong with the bus.
+    /// The fault of the bus.
     pub fault: BusFault,
-    /// What the controller has sent.
+    /// Frames that the controller has sent.
     pub sent: Vec<TimedFrame>,
-    /// When each frame was put into a mailbox, and its identifier; taken by whoever looks.
+    /// When each frame was put into a mailbox, and its identifier; kept until taken.
     pub requested: Vec<(u64, u32)>,
-    /// What the other node sends: not before the time.
+    /// Frames of the other node, none before its time.
     incoming: VecDeque<TimedFrame>,
     /// Frames that came while a FIFO was full.
     pub overruns: u64,
-    /// Frames of the other node that ended on the bus.
-    pub delivered: u64,
-    /// How long the bus was busy.
-    pub busy_time: u64,
 }
-
-const INRQ: u32 = 1;
-const SLEEP: u32 = 2;
-const TXFP: u32 = 4;
-const NART: u32 = 1 << 4;
-const ABOM: u32 = 1 << 6;
-
-const INAK: u32 = 1;
-const SLAK: u32 = 2;
-const ERRI: u32 = 4;
-
-const LOOPBACK: u32 = 1 << 30;
-const SILENT: u32 = 1 << 31;
 
 impl Can {
     /// A controller after reset.
@@ -243,8 +115,6 @@ impl Can {
             requested: Vec::new(),
             incoming: VecDeque::new(),
             overruns: 0,
-            delivered: 0,
-            busy_time: 0,
         }
     }
 
@@ -257,8 +127,6 @@ impl Can {
             requested: core::mem::take(&mut self.requested),
             incoming: core::mem::take(&mut self.incoming),
             overruns: self.overruns,
-            delivered: self.delivered,
-            busy_time: self.busy_time,
             ..Self::new(pclk)
         };
     }
@@ -284,12 +152,6 @@ impl Can {
         self.incoming.push_back(TimedFrame { time, frame });
     }
 
-    /// Transmit and receive error counters, and whether the controller is off the bus.
-    #[must_use]
-    pub const fn errors(&self) -> (u32, u32, bool) {
-        (self.transmit_errors, self.receive_errors, self.off)
-    }
-
     const fn is_normal(&self) -> bool {
         self.status & (INAK | SLAK) == 0
     }
@@ -297,517 +159,11 @@ impl Can {
     const fn takes_part(&self) -> bool {
         self.is_normal() && !self.off
     }
-
-    /// When something happens on the bus.
-    #[must_use]
-    pub fn next_event(&self) -> u64 {
-        let mut next = self.joined_at;
-        if let Some((_, end)) = self.busy {
-            return end;
-        }
-        if self.starts_now() {
-            next = next.min(self.now);
-        }
-        if self.is_normal()
-            && self.hears_others()
-            && let Some(first) = self.incoming.front()
-        {
-            next = next.min(first.time);
-        }
-        next
-    }
-
-    fn starts_now(&self) -> bool {
-        let own = self.takes_part() && self.mailboxes.iter().any(|mailbox| mailbox.pending);
-        own || (self.fault == BusFault::Saturated && self.is_normal() && self.hears_others())
-    }
-
-    fn hears_others(&self) -> bool {
-        self.timing & LOOPBACK == 0 && matches!(self.fault, BusFault::None | BusFault::Saturated)
-    }
-
-    /// Lets time pass.
-    pub fn advance(&mut self, now: u64) {
-        loop {
-            if self.joined_at <= now && self.busy.is_none() {
-                self.join(self.joined_at);
-            }
-            match self.busy {
-                Some((sender, end)) if end <= now => {
-                    self.busy = None;
-                    self.now = end;
-                    self.finish(sender, end);
-                    if self.fault != BusFault::Shorted {
-                        self.acknowledge();
-                    }
-                }
-                Some(_) => break,
-                None => {
-                    let peer = match self.incoming.front() {
-                        Some(first) if self.hears_others() => first.time,
-                        _ => NEVER,
-                    };
-                    let start = if self.starts_now() {
-                        self.now
-                    } else {
-                        peer.max(self.now)
-                    };
-                    if start > now || !self.is_normal() {
-                        self.now = now;
-                        break;
-                    }
-                    self.arbitrate(start);
-                    if self.busy.is_none() {
-                        self.now = now;
-                        break;
-                    }
-                }
-            }
-        }
-    }
-
-    /// Who sends: the lowest identifier among the mailbox that is next and the other nodes.
-    fn arbitrate(&mut self, start: u64) {
-        let own = if self.takes_part() {
-            self.next_mailbox()
-        } else {
-            None
-        };
-        let connected = self.hears_others();
-        let peer = self
-            .incoming
-            .front()
-            .filter(|first| connected && first.time <= start)
-            .map(|first| first.frame.clone());
-        let flood = (self.fault == BusFault::Saturated && connected).then(flooding);
-        let rivals = [
-            own.map(|index| (self.mailboxes[index].frame(), Sender::Mailbox(index))),
-            peer.map(|frame| (frame, Sender::Peer)),
-            flood.map(|frame| (frame, Sender::Flood)),
-        ];
-        let Some((frame, sender)) = rivals
-            .into_iter()
-            .flatten()
-            .min_by_key(|(frame, _)| frame.rank())
-        else {
-            return;
-        };
-        if let Some(index) = own
-            && sender != Sender::Mailbox(index)
-        {
-            // ALST.
-            self.transmit |= 4 << (8 * index);
-            if self.control & NART != 0 {
-                self.complete(index, false);
-            }
-        }
-        // An error flag ends a frame early: no bit after the first few is sent.
-        let bits = match (self.fault, sender) {
-            (BusFault::Shorted, _) => 1 + 6 + 8 + 3,
-            _ => frame.bits(),
-        };
-        let length = bits * self.bit();
-        self.busy_time += length;
-        self.busy = Some((sender, start + length));
-    }
-
-    fn next_mailbox(&self) -> Option<usize> {
-        (0..3)
-            .filter(|&index| self.mailboxes[index].pending)
-            .min_by_key(|&index| {
-                let mailbox = &self.mailboxes[index];
-                let rank = if self.control & TXFP == 0 {
-                    mailbox.frame().rank()
-                } else {
-                    mailbox.order
-                };
-                (rank, index)
-            })
-    }
-
-    fn finish(&mut self, sender: Sender, time: u64) {
-        match sender {
-            Sender::Mailbox(index) => {
-                let alone = self.timing & (LOOPBACK | SILENT) == 0;
-                let error = match self.fault {
-                    BusFault::Shorted if alone => Some(5),
-                    BusFault::NoAcknowledge if alone => Some(3),
-                    _ => None,
-                };
-                if let Some(code) = error {
-                    self.last_error = code;
-                    // A passive node that nobody acknowledges counts no further.
-                    if !(code == 3 && self.transmit_errors >= 128) {
-                        self.transmit_errors += 8;
-                    }
-                    self.transmit |= 8 << (8 * index);
-                    if self.control & NART != 0 || !self.mailboxes[index].pending {
-                        self.complete(index, false);
-                        self.transmit |= 8 << (8 * index);
-                    }
-                    self.error_raised();
-                } else {
-                    let frame = self.mailboxes[index].frame();
-                    self.transmit_errors = self.transmit_errors.saturating_sub(1);
-                    self.last_error = 0;
-                    self.complete(index, true);
-                    if self.timing & LOOPBACK != 0 {
-                        self.receive(&frame);
-                    }
-                    self.sent.push(TimedFrame { time, frame });
-                }
-            }
-            Sender::Peer => {
-                if let Some(TimedFrame { frame, .. }) = self.incoming.pop_front()
-                    && self.takes_part()
-                {
-                    self.receive_errors = self.receive_errors.saturating_sub(1);
-                    self.last_error = 0;
-                    self.delivered += 1;
-                    self.receive(&frame);
-                }
-            }
-            Sender::Flood => {
-                if self.takes_part() {
-                    self.receive(&flooding());
-                }
-            }
-        }
-    }
-
-    fn error_raised(&mut self) {
-        // ERRIE, and LECIE, BOFIE, EPVIE, EWGIE for what has happened.
-        if self.transmit_errors > 255 && !self.off {
-            self.off = true;
-            self.transmit_errors = 0;
-            if self.control & ABOM != 0 {
-                self.wait_for_idle(128 * 11);
-            }
-        }
-        let state = self.error_state();
-        let watched = self.interrupts >> 8;
-        if state & watched & 7 != 0 || watched & 8 != 0 {
-            self.status |= ERRI;
-        }
-    }
-
-    const fn error_state(&self) -> u32 {
-        let (transmit, receive) = (self.transmit_errors, self.receive_errors);
-        let warning = transmit >= 96 || receive >= 96 || self.off;
-        let passive = transmit > 127 || receive > 127 || self.off;
-        warning as u32 | (passive as u32) << 1 | (self.off as u32) << 2
-    }
-
-    /// The controller takes part again after so many recessive bits.
-    fn wait_for_idle(&mut self, bits: u64) {
-        self.joined_at = match self.fault {
-            BusFault::Shorted => NEVER,
-            _ => self.now + bits * self.bit(),
-        };
-    }
-
-    fn join(&mut self, time: u64) {
-        self.joined_at = NEVER;
-        self.now = self.now.max(time);
-        if self.off {
-            self.off = false;
-            self.transmit_errors = 0;
-            self.receive_errors = 0;
-        }
-        if self.control & (INRQ | SLEEP) == 0 {
-            self.status &= !(INAK | SLAK);
-        }
-    }
-
-    /// What is wrong with the bus changes.
-    pub fn set_fault(&mut self, fault: BusFault) {
-        let was = core::mem::replace(&mut self.fault, fault);
-        if fault != BusFault::Shorted && self.busy.is_none() && self.is_normal() {
-            self.acknowledge();
-        }
-        if was == BusFault::Shorted && self.joined_at == NEVER {
-            if self.off && self.control & ABOM != 0 {
-                self.wait_for_idle(128 * 11);
-            } else if !self.is_normal() && self.control & (INRQ | SLEEP) == 0 {
-                self.wait_for_idle(11);
-            }
-        }
-    }
-
-    fn complete(&mut self, index: usize, sent: bool) {
-        self.mailboxes[index].pending = false;
-        let shift = 8 * index;
-        self.transmit &= !(0xF << shift);
-        self.transmit |= (1 | u32::from(sent) << 1) << shift;
-    }
-
-    fn receive(&mut self, frame: &Frame) {
-        let Some((fifo, index)) = self.filter(frame) else {
-            return;
-        };
-        let identifier = if frame.extended {
-            frame.id << 3 | 4
-        } else {
-            frame.id << 21
-        } | u32::from(frame.remote) << 1;
-        let word = |from: usize| {
-            u32::from_le_bytes(core::array::from_fn(|i| {
-                frame.data.get(from + i).copied().unwrap_or(0)
-            }))
-        };
-        let entry = [
-            identifier,
-            frame.data.len() as u32 | index << 8,
-            word(0),
-            word(4),
-        ];
-        if self.fifo[fifo].len() == 3 {
-            self.overruns += 1;
-            self.fifo_flags[fifo] |= 0x10;
-            // Unless the FIFO is locked, the last message gives way.
-            if self.control & 8 == 0 {
-                self.fifo[fifo].pop_back();
-                self.fifo[fifo].push_back(entry);
-            }
-            return;
-        }
-        self.fifo[fifo].push_back(entry);
-        if self.fifo[fifo].len() == 3 {
-            self.fifo_flags[fifo] |= 8;
-        }
-    }
-
-    /// Which FIFO takes a frame, and by which filter.
-    fn filter(&self, frame: &Frame) -> Option<(usize, u32)> {
-        if self.filter_master & 1 != 0 {
-            return None;
-        }
-        let wide = if frame.extended {
-            frame.id << 3 | 4
-        } else {
-            frame.id << 21
-        } | u32::from(frame.remote) << 1;
-        let narrow = if frame.extended {
-            (frame.id >> 18) << 5 | 8 | frame.id >> 15 & 7
-        } else {
-            frame.id << 5
-        } | u32::from(frame.remote) << 4;
-        let banks = (self.filter_master >> 8 & 0x3F) as usize;
-        let mut numbers = [0_u32; 2];
-        for (bank, [first, second]) in self.filters.into_iter().enumerate().take(banks.min(28)) {
-            let bit = |word: u32| word >> bank & 1 == 1;
-            let fifo = usize::from(bit(self.filter_fifo));
-            let (list, is_wide) = (bit(self.filter_mode), bit(self.filter_scale));
-            let masked = |value: u32, id: u32, mask: u32| (value ^ id) & mask == 0;
-            let hits: Vec<bool> = match (is_wide, list) {
-                (true, false) => vec![masked(wide, first, second & !1)],
-                (true, true) => vec![wide == first & !1, wide == second & !1],
-                (false, false) => [first, second]
-                    .map(|word| masked(narrow, word & 0xFFFF, word >> 16))
-                    .to_vec(),
-                (false, true) => [first & 0xFFFF, first >> 16, second & 0xFFFF, second >> 16]
-                    .map(|id| narrow == id)
-                    .to_vec(),
-            };
-            if bit(self.filter_active)
-                && let Some(place) = hits.iter().position(|&hit| hit)
-            {
-                return Some((fifo, numbers[fifo] + place as u32));
-            }
-            numbers[fifo] += hits.len() as u32;
-        }
-        None
-    }
-
-    /// Lines of the transmit, the two receive and the status interrupt.
-    #[must_use]
-    pub fn lines(&self) -> [bool; 4] {
-        let fifo = |index: usize| {
-            let shift = 3 * index;
-            self.interrupts & 2 << shift != 0 && !self.fifo[index].is_empty()
-                || self.interrupts & 4 << shift != 0 && self.fifo_flags[index] & 8 != 0
-                || self.interrupts & 8 << shift != 0 && self.fifo_flags[index] & 0x10 != 0
-        };
-        [
-            self.interrupts & 1 != 0 && self.transmit & 0x01_0101 != 0,
-            fifo(0),
-            fifo(1),
-            self.interrupts & 1 << 15 != 0 && self.status & ERRI != 0,
-        ]
-    }
-
-    /// Reads a register.
-    ///
-    /// # Errors
-    /// Where there is none.
-    pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
-        self.advance(now);
-        Ok(match offset {
-            0x00 => self.control & !(1 << 15),
-            // The receive pin is recessive where nobody sends.
-            0x04 => self.status | 0xC00,
-            0x08 => {
-                let empty = (0..3)
-                    .filter(|&index| !self.mailboxes[index].pending)
-                    .fold(0, |word, index| word | 1 << (26 + index));
-                let code = self
-                    .mailboxes
-                    .iter()
-                    .position(|mailbox| !mailbox.pending)
-                    .or_else(|| self.next_mailbox())
-                    .unwrap_or(0) as u32;
-                self.transmit | empty | code << 24
-            }
-            0x0C | 0x10 => {
-                let index = (offset as usize - 0xC) / 4;
-                self.fifo[index].len() as u32 | self.fifo_flags[index]
-            }
-            0x14 => self.interrupts,
-            0x18 => {
-                self.error_state()
-                    | self.last_error << 4
-                    | (self.transmit_errors & 0xFF) << 16
-                    | (self.receive_errors & 0xFF) << 24
-            }
-            0x1C => self.timing,
-            0x180..0x1B0 => {
-                let at = offset as usize - 0x180;
-                let mailbox = &self.mailboxes[at / 16];
-                mailbox.registers[at % 16 / 4] | u32::from(mailbox.pending && at.is_multiple_of(16))
-            }
-            0x1B0..0x1D0 => {
-                let at = offset as usize - 0x1B0;
-                self.fifo[at / 16]
-                    .front()
-                    .map_or(0, |entry| entry[at % 16 / 4])
-            }
-            0x200 => self.filter_master,
-            0x204 => self.filter_mode,
-            0x20C => self.filter_scale,
-            0x214 => self.filter_fifo,
-            0x21C => self.filter_active,
-            0x240..0x320 => {
-                let at = offset as usize - 0x240;
-                self.filters[at / 8][at % 8 / 4]
-            }
-            _ => return unknown("CAN", offset),
-        })
-    }
-
-    /// Writes a register.
-    ///
-    /// # Errors
-    /// Where there is none, or it is locked.
-    pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
-        self.advance(now);
-        self.now = self.now.max(now);
-        match offset {
-            0x00 if value & 1 << 15 != 0 => self.reset(self.pclk, now),
-            0x00 => self.set_control(value),
-            0x04 => self.status &= !(value & 0x1C),
-            0x08 => {
-                for index in 0..3 {
-                    let shift = 8 * index;
-                    if value >> shift & 1 == 1 {
-                        self.transmit &= !(0xF << shift);
-                    }
-                    if value >> shift & 0x80 != 0 && self.mailboxes[index].pending {
-                        match self.busy {
-                            // What is on the bus ends first.
-                            Some((Sender::Mailbox(sending), _)) if sending == index => {}
-                            _ => self.complete(index, false),
-                        }
-                    }
-                }
-            }
-            0x0C | 0x10 => {
-                let index = (offset as usize - 0xC) / 4;
-                self.fifo_flags[index] &= !(value & 0x18);
-                if value & 0x20 != 0 {
-                    self.fifo[index].pop_front();
-                    self.fifo_flags[index] &= !8;
-                }
-            }
-            0x14 => self.interrupts = value,
-            0x18 => self.last_error = value >> 4 & 7,
-            0x1C if self.status & INAK == 0 => {
-                return Err("the bit timing is set outside initialisation".into());
-            }
-            0x1C => self.timing = value,
-            0x180..0x1B0 => {
-                let at = offset as usize - 0x180;
-                let order = self.order;
-                let mailbox = &mut self.mailboxes[at / 16];
-                if mailbox.pending {
-                    return Err("a mailbox is written while its frame waits".into());
-                }
-                mailbox.registers[at % 16 / 4] = value;
-                if at.is_multiple_of(16) {
-                    mailbox.registers[0] = value & !1;
-                    if value & 1 != 0 {
-                        mailbox.pending = true;
-                        mailbox.order = order;
-                        let id = mailbox.frame().id;
-                        self.requested.push((now, id));
-                        self.order += 1;
-                        self.transmit &= !(0xF << (8 * (at / 16)));
-                    }
-                }
-            }
-            0x200 => self.filter_master = value & 0x3F01 | 0x2A1C_0000,
-            0x204 | 0x20C if self.filter_master & 1 == 0 => {
-                return Err("filters are set outside their initialisation".into());
-            }
-            0x204 => self.filter_mode = value,
-            0x20C => self.filter_scale = value,
-            0x214 => self.filter_fifo = value,
-            0x21C => self.filter_active = value,
-            0x240..0x320 => {
-                let at = offset as usize - 0x240;
-                self.filters[at / 8][at % 8 / 4] = value;
-            }
-            _ => return unknown("CAN", offset),
-        }
-        Ok(())
-    }
-
-    /// Initialisation begins, where it was asked for.
-    const fn acknowledge(&mut self) {
-        if self.control & INRQ == 0 {
-            return;
-        }
-        self.status = self.status & !SLAK | INAK;
-        self.joined_at = NEVER;
-        if self.control & SLEEP == 0 {
-            // Initialisation ends bus-off after its time; here at once.
-            self.off = false;
-        }
-    }
-
-    fn set_control(&mut self, value: u32) {
-        let old = core::mem::replace(&mut self.control, value & 0x1_00FF);
-        if value & INRQ != 0 {
-            // What is on the bus ends first, and a bus that is never idle never lets go.
-            let is_held = self.busy.is_some() || self.fault == BusFault::Shorted;
-            if !(self.is_normal() && is_held) {
-                self.acknowledge();
-            }
-        } else if value & SLEEP != 0 {
-            self.status = self.status & !INAK | SLAK;
-            self.joined_at = NEVER;
-        } else if old & (INRQ | SLEEP) != 0 {
-            // Synchronises to eleven recessive bits.
-            self.wait_for_idle(11);
-        }
-    }
-}
-
-fn flooding() -> Frame {
-    Frame::new(0, &[0x55; 8])
 }
 
 #[cfg(test)]
 mod tests {
+    use super::registers::{INAK, INRQ};
     use super::*;
 
     #[test]
@@ -825,14 +181,5 @@ mod tests {
         assert!(!acknowledged(&mut can, 100 * MILLISECOND));
         can.set_fault(BusFault::None);
         assert!(acknowledged(&mut can, 100 * MILLISECOND));
-    }
-
-    #[test]
-    fn a_frame_of_eight_bytes_is_as_long_as_the_specification_says() {
-        // 111 bits and intermission without a stuffed bit; at most 24 of them with 8 bytes.
-        let plain = Frame::new(0x555, &[0x55; 8]).bits();
-        let stuffed = Frame::new(0, &[0; 8]).bits();
-        assert!((111..=113).contains(&plain), "{plain}");
-        assert!((125..=135).contains(&stuffed), "{stuffed}");
     }
 }

@@ -50,7 +50,7 @@ impl Stream {
         }
     }
 
-    /// What it moves next.
+    /// The item that it moves next.
     #[must_use]
     pub const fn item(&self) -> Item {
         let size = 1_usize << (self.control >> 11 & 3);
@@ -105,7 +105,7 @@ impl Stream {
         self.control &= !EN;
     }
 
-    const fn asks(&self) -> bool {
+    const fn interrupts(&self) -> bool {
         // TCIE, HTIE, TEIE, DMEIE are bits 4, 3, 2, 1; their flags 5, 4, 3, 2.
         self.flags & (self.control & 0x1E) << 1 != 0
     }
@@ -130,10 +130,10 @@ impl Dma {
         }
     }
 
-    /// Whether a stream asks for its interrupt.
+    /// Whether a stream requests its interrupt.
     #[must_use]
-    pub const fn asks(&self, stream: usize) -> bool {
-        self.streams[stream].asks()
+    pub const fn interrupts(&self, stream: usize) -> bool {
+        self.streams[stream].interrupts()
     }
 
     /// Reads a register.
@@ -167,7 +167,7 @@ impl Dma {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or what is asked for is not modelled.
+    /// Where there is none, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32) -> Result<(), String> {
         match offset {
             0x08 | 0x0C => {
@@ -204,7 +204,7 @@ impl Stream {
         self.control = value & 0x0FEF_FFFF;
         if value & EN == 0 {
             if was_on {
-                // Switched off before its end, it says that it is done.
+                // Switched off before its end, it reports that it is done.
                 self.flags |= TC;
             }
             return Ok(());

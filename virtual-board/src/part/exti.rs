@@ -35,9 +35,9 @@ impl Exti {
         }
     }
 
-    /// Lines that ask for an interrupt.
+    /// Lines that request an interrupt.
     #[must_use]
-    pub const fn asking(&self) -> u32 {
+    pub const fn requesting(&self) -> u32 {
         self.pending & self.interrupt_mask
     }
 

@@ -6,11 +6,9 @@ pub mod accelerator;
 
 use super::unknown;
 use crate::corner::Corner;
-use crate::machine::Memory;
+use crate::memory::{FLASH, Memory};
 use crate::time::{NEVER, from_us};
 use accelerator::Accelerator;
-
-const BASE: u32 = 0x0800_0000;
 
 const PGSERR: u32 = 1 << 7;
 const PGPERR: u32 = 1 << 6;
@@ -32,7 +30,7 @@ const OPTSTRT: u32 = 1 << 1;
 /// started by software.
 const DELIVERED: u32 = 0x0FFF_AAEC;
 
-/// What a lock was written with so far.
+/// The keys that a lock was written with so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Keys {
     #[default]
@@ -61,14 +59,14 @@ impl Keys {
 /// The registers.
 #[derive(Clone, Debug)]
 pub struct Flash {
-    /// What stands between it and the core.
+    /// The accelerator between it and the core.
     pub accelerator: Accelerator,
     access: u32,
     status: u32,
     control: u32,
     keys: Keys,
     option_keys: Keys,
-    /// The option register, and what is programmed.
+    /// The option register, and the option bytes as programmed.
     option_control: u32,
     options: u32,
     corner: Corner,
@@ -147,7 +145,7 @@ impl Flash {
         }
     }
 
-    /// Holds the core up for so long, with its next access to a peripheral.
+    /// Holds the core up for this long, with its next access to a peripheral.
     pub const fn hold_up(&mut self, duration: u64) {
         self.stall += duration;
     }
@@ -162,7 +160,7 @@ impl Flash {
         self.changed.take()
     }
 
-    /// Whether it asks for its interrupt.
+    /// Whether it requests its interrupt.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.control & EOPIE != 0 && self.status & EOP != 0
@@ -293,11 +291,11 @@ impl Flash {
         self.erases += 1;
         let length = from_us(u64::from(self.erase_ms(kib)) * 1000);
         let cut = self.operate(now, length);
-        // Cut off half-way, the rest is what it was.
+        // Cut off half-way, the rest is unchanged.
         let size = kib * 1024;
         let erased = if cut { size / 2 } else { size };
-        memory.write(BASE + start, &vec![0xFF; erased as usize]);
-        self.changed = Some((BASE + start, BASE + start + size));
+        memory.write(FLASH.start + start, &vec![0xFF; erased as usize]);
+        self.changed = Some((FLASH.start + start, FLASH.start + start + size));
         self.done();
         Ok(())
     }
@@ -362,13 +360,13 @@ mod tests {
 
     impl Memory for Bank {
         fn read(&mut self, address: u32, bytes: &mut [u8]) -> bool {
-            let at = (address - BASE) as usize;
+            let at = (address - FLASH.start) as usize;
             bytes.copy_from_slice(&self.0[at..at + bytes.len()]);
             true
         }
 
         fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
-            let at = (address - BASE) as usize;
+            let at = (address - FLASH.start) as usize;
             self.0[at..at + bytes.len()].copy_from_slice(bytes);
             true
         }

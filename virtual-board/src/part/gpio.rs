@@ -40,7 +40,7 @@ impl Gpio {
         }
     }
 
-    /// A reset; what is outside stays.
+    /// A reset; the levels of inputs stay.
     pub const fn reset(&mut self) {
         self.modes = self.reset.0;
         self.types = 0;

@@ -19,7 +19,7 @@ impl Default for Pwr {
     }
 }
 
-/// What the watch on the supply compares with, by `PLS`, mV (RM0090, 5.4.1).
+/// The thresholds of the supply detector, by `PLS`, mV (RM0090, 5.4.1).
 const THRESHOLDS_MV: [u32; 8] = [2_000, 2_100, 2_300, 2_500, 2_600, 2_700, 2_800, 2_900];
 
 impl Pwr {

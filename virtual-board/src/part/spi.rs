@@ -52,7 +52,7 @@ impl Spi {
         };
     }
 
-    /// Its clock stops for good, whatever the program does, or runs again.
+    /// Its clock stops and no reset starts it again, or it runs again.
     pub const fn set_stopped(&mut self, stopped: bool, now: u64, pclk: u32) {
         self.stopped = stopped;
         self.time_frame(now, pclk);
@@ -128,7 +128,7 @@ impl Spi {
         self.control[1] & 1 != 0 && self.status & RXNE != 0
     }
 
-    /// Whether it asks for its interrupt.
+    /// Whether it requests its interrupt.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.control[1] & 1 << 7 != 0 && self.status & TXE != 0
@@ -165,7 +165,7 @@ impl Spi {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or what is asked for is not modelled.
+    /// Where there is none, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
         match offset {
             0x00 => {

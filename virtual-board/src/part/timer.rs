@@ -41,7 +41,7 @@ pub struct Timer {
     /// A debugger halts the core, and the timer with it.
     frozen: bool,
     /// It counts from here when it is first started, its compares moved along: as if it had run
-    /// for so long already.
+    /// that long already.
     pub head_start: u32,
     /// When one of the flags with an interrupt is next set, where that is known.
     next: Cell<Option<u64>>,
@@ -268,9 +268,9 @@ impl Timer {
         channel == 0 && self.control[1] & 0x70 == COMPARE_PULSE
     }
 
-    /// Whether it asks for its interrupt.
+    /// Whether it requests its interrupt.
     #[must_use]
-    pub const fn asks(&self) -> bool {
+    pub const fn interrupts(&self) -> bool {
         self.status & self.interrupts & 0x5F != 0
     }
 
@@ -306,7 +306,7 @@ impl Timer {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or what is asked for is not modelled.
+    /// Where there is none, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
         self.advance(now);
         self.next.set(None);
@@ -378,9 +378,9 @@ mod tests {
         timer.write(0x00, CEN, 0).expect("a register");
         assert_eq!(timer.next_event(), 25_000);
         timer.advance(25_000);
-        assert!(timer.asks());
+        assert!(timer.interrupts());
         timer.write(0x10, !2, 25_000).expect("a register");
-        assert!(!timer.asks());
+        assert!(!timer.interrupts());
         assert_eq!(timer.next_event(), 100_000);
         timer.advance(100_000);
         assert_eq!(timer.read(0x10, 100_000).expect("a register") & 1, 1);
@@ -395,7 +395,7 @@ mod tests {
         timer.write(0x34, 250, 25_100).expect("a register");
         assert_eq!(timer.next_event(), 125_000);
         timer.advance(100_000);
-        assert!(!timer.asks());
+        assert!(!timer.interrupts());
     }
 
     #[test]

@@ -25,16 +25,16 @@ pub struct TimedByte {
     pub byte: u8,
 }
 
-/// What is wrong with a line.
+/// A fault of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LineFault {
     /// Nothing.
     #[default]
     None,
-    /// It leads nowhere: what is sent reaches nobody, what is received is idle.
+    /// It is open: sent bytes are lost, the receiver sees an idle line.
     Open,
-    /// What is received is held low, as by an unpowered sender: one byte without a stop bit, then
-    /// no edge any more. What is sent reaches nobody.
+    /// The receiver's line is held low, as by an unpowered sender: one byte without a stop bit,
+    /// then no edge any more. Sent bytes are lost.
     Break,
 }
 
@@ -61,9 +61,9 @@ pub struct Usart {
     done_at: u64,
     status_read: bool,
     idle_at: u64,
-    /// What was sent and not taken yet.
+    /// Bytes sent and not taken yet.
     pub sent: Vec<TimedByte>,
-    /// What comes, and when each byte has come.
+    /// Bytes that come, and when each has come.
     incoming: VecDeque<Incoming>,
     fault: LineFault,
 }
@@ -89,7 +89,7 @@ impl Default for Usart {
 }
 
 impl Usart {
-    /// A reset; what is on the line stays.
+    /// A reset; bytes on the line stay.
     pub fn reset(&mut self) {
         *self = Self {
             sent: core::mem::take(&mut self.sent),
@@ -129,7 +129,7 @@ impl Usart {
             return;
         }
         let frame = match self.frame(pclk) {
-            // A line nobody listens to: 115 200 baud.
+            // Without a rate set: 115 200 baud.
             NEVER => 10 * cycle(115_200),
             frame => frame,
         };
@@ -147,7 +147,7 @@ impl Usart {
         }
     }
 
-    /// What is wrong with the line changes. What was on its way is lost.
+    /// Sets or clears a fault of the line. Bytes on their way are lost.
     pub fn set_fault(&mut self, fault: LineFault, now: u64, pclk: u32) {
         if fault == self.fault {
             return;
@@ -249,10 +249,10 @@ impl Usart {
         self.control[2] & 1 << 6 != 0 && self.status & RXNE != 0
     }
 
-    /// Whether it asks for its interrupt.
+    /// Whether it requests its interrupt.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
-        // TXEIE, TCIE, RXNEIE and IDLEIE lie where their flags do; an overrun asks with RXNEIE.
+        // TXEIE, TCIE, RXNEIE and IDLEIE lie where their flags do; an overrun interrupts with RXNEIE.
         self.status & self.control[0] & 0xF0 != 0
             || self.status & ORE != 0 && self.control[0] & RXNE != 0
             || self.status & (FE | ORE | 4) != 0 && self.control[2] & 1 != 0
@@ -285,7 +285,7 @@ impl Usart {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or what is asked for is not modelled.
+    /// Where there is none, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
         match offset {
             0x00 => self.status &= value | !(RXNE | TC | 0x300),

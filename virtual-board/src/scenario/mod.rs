@@ -1,9 +1,17 @@
-//! Something goes wrong on the running board, and every frame that it sends is watched: how soon
-//! it is noticed, what is told, when all is well again, and whether any frame said "stable" while
-//! the data behind it were invalid.
+//! Scenarios: a fault is injected into the running board, and every frame that the board sends is
+//! watched. The outcome: how soon the fault is detected, which reports are sent, when the board has
+//! recovered, and whether any frame said "stable" on invalid data.
 //!
-//! [`ALL`] is the list of what can go wrong: rows of the fault matrix, and names on the program's
-//! command line.
+//! | step | where |
+//! |---|---|
+//! | the scenarios: rows of the fault matrix, names on the command line | `list`, [`ALL`] |
+//! | settings pages in which the next store has to erase | `pages` |
+//! | prepare, inject, clear, wait for recovery: [`Scenario::run`] | here |
+//! | record everything the board sends | `watch` |
+//! | measure it against the scenario | `outcome`, [`Outcome`] |
+//! | compare it with the requirements | `judge` |
+//! | a row of the table | `table` |
+//! | two scenarios at once | [`pairs`] |
 
 mod judge;
 mod list;
@@ -24,7 +32,7 @@ pub use outcome::Outcome;
 pub use pages::Pages;
 pub use table::{HEAD, matrix, row};
 
-use crate::board::{Board, BoardOptions, Fault};
+use crate::board::{Board, BoardOptions, Injection};
 use crate::corner::Corner;
 use crate::failure::Failure;
 use crate::part::can::Frame;
@@ -34,140 +42,140 @@ use watch::Watch;
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// When steps that come before are done: the board has started.
+/// When preparing steps are done, ms: the board has started.
 pub const BEFORE_MS: u64 = 300;
 
-/// When it happens in the matrix: the foot stands and says "stable" by then, ms.
+/// When the matrix injects, ms: the foot stands and says "stable" by then.
 const AT_MS: u64 = 1000;
 
-/// How long the board is watched at the least once all is well again, ms: the next health message
-/// comes within it.
+/// How long the board is watched at least after its recovery, ms: the next health message comes
+/// within it.
 const AFTERWARDS_MS: u64 = 150;
 
-/// One thing that is done to the board.
+/// One action on the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
-    /// Something goes wrong.
-    Wrong(Fault),
+    /// A fault is injected, or faults are cleared.
+    Inject(Injection),
     /// A setting is changed over the serial line.
     Set(Address, Value),
-    /// Settings are stored, as things are.
+    /// Settings are stored, in the state that the node is in.
     Store,
     /// Settings are stored in pre-operational.
     StoreStopped,
-    /// The stored settings are forgotten, in pre-operational.
+    /// The stored settings are erased, in pre-operational.
     Restore,
-    /// The supply fails in the store that erases, after so many 32ths of its operations.
+    /// The supply fails in the store that erases, after this many 32ths of its operations.
     CutInErase(u32),
-    /// The master commands something over the serial line.
+    /// A network management command of the master, over the serial line.
     Nmt(Command),
-    /// Nothing, for so many µs.
+    /// Nothing, for this long, µs.
     Wait(u32),
-    /// A setting is asked for over the serial line.
-    Ask(Address),
-    /// So many bytes without any meaning come over the serial line.
+    /// A setting is requested over the serial line.
+    Request(Address),
+    /// This many meaningless bytes come over the serial line.
     Garbage(u32),
-    /// So many questions come over CAN, and as many over the serial line, as fast as they go.
+    /// This many requests come over CAN, and as many over the serial line, at the full rate.
     Flood(u32),
 }
 
-/// When data are invalid, beside the time from a reset of the board to its first sample.
+/// When data are invalid, in addition to the time from a reset of the board to its first sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Invalid {
-    /// Never: the sensor and what it measures are as before. No frame that is later than usual by
-    /// more than [`OLD_MS`](Self::OLD_MS) says "stable".
+    /// Never: the sensor and its measurements are not affected. No frame that is later than usual by
+    /// more than [`MAX_LATE_MS`](Self::MAX_LATE_MS) says "stable".
     Never,
-    /// Until what is wrong ends.
-    ToTheEnd,
-    /// Until a sample is read again that came after it and after a reset.
-    ToTheNextSample,
+    /// Until the fault is cleared.
+    UntilCleared,
+    /// Until the first sample is read that was acquired after the injection and after a reset.
+    UntilNextSample,
 }
 
 impl Invalid {
-    /// How much later than usual a frame may be and still say "stable", ms: the firmware gives up
-    /// what the bus did not take in 20 ms.
-    pub const OLD_MS: u64 = 21;
+    /// How much later than usual a frame may be and still say "stable", ms: the firmware drops
+    /// frames that the bus did not take in 20 ms.
+    pub const MAX_LATE_MS: u64 = 21;
 }
 
-/// Something that can go wrong.
+/// A fault, when and how it is injected, and what is required of the board.
 #[derive(Clone, Copy)]
 pub struct Scenario {
-    /// On the command line: `--fault NAME@MS`.
+    /// Its name on the command line: `--fault NAME@MS`.
     pub name: &'static str,
-    /// What it is.
+    /// The fault, in the words of the table.
     pub what: &'static str,
-    /// How the board is made, for it to happen at a time, µs.
+    /// Changes how the board is made, for an injection at a time, µs.
     pub board: fn(&mut BoardOptions, u32),
-    /// What has to be so before.
+    /// Steps that prepare the board.
     pub before: &'static [Step],
-    /// What the foot does, so many seconds after it happens.
+    /// The motion of the foot, by seconds since the injection.
     pub motion: fn(f64) -> Stimulus,
-    /// What is in the pages with the settings at power-up.
+    /// The content of the settings pages at power-up.
     pub pages: Pages,
-    /// What is done, for each of its variants.
+    /// The steps of the injection, for each of its variants.
     pub steps: fn(u64) -> Vec<Step>,
-    /// The variants that the matrix goes through: from, to, every so many.
+    /// The variants that the matrix runs: first, last, stride.
     pub variants: (u64, u64, u64),
-    /// Whether it is so from power-up.
+    /// Whether the fault is there from power-up on.
     pub at_power_up: bool,
-    /// How long it lasts, ms; `None` where it happens once or is there to stay.
+    /// How long until it is cleared, ms; `None` where it happens once or is permanent.
     pub lasts_ms: Option<u64>,
-    /// How long to wait for what is to come, ms, where that is not as usual.
-    pub patience_ms: Option<u64>,
+    /// How long recovery and reports may take, ms, where the default does not fit.
+    pub deadline_ms: Option<u64>,
     /// Until when data are invalid.
     pub invalid: Invalid,
-    /// How long it cannot be seen in the data, µs: from then on no frame says "stable".
+    /// How long the fault cannot be detected from the data, µs: from then on no frame says
+    /// "stable".
     pub blind_us: u64,
-    /// How soon it is to be noticed, µs.
-    pub noticed_within_us: u64,
-    /// Whether it hits another phase of the sampling each time, in so many runs.
+    /// The latest detection, µs after the injection.
+    pub detected_within_us: u64,
+    /// The number of runs, each at another phase of the sampling.
     pub phases: u64,
-    /// What is to be told.
-    pub tells: Tells,
-    /// Whether there is to be CAN again afterwards.
+    /// The report that is required.
+    pub reports: Reports,
+    /// Whether CAN has to work again afterwards.
     pub with_can: bool,
-    /// Whether both lines may be silent for as long as data are invalid.
+    /// Whether both lines may be silent while data are invalid.
     pub may_be_silent: bool,
-    /// What the board is to be reset by.
+    /// The resets that are required, in order.
     pub resets: &'static [ResetCause],
-    /// Whether it may also be reset by something else, or not at all.
+    /// Whether any other resets, or none, are allowed too.
     pub any_reset: bool,
-    /// Whether the board's clock stands still for a time.
+    /// Whether the board's clock stops for a time.
     pub clock_stops: bool,
-    /// Whether the times of the samples are to go on as if nothing were.
+    /// Whether the times of the samples have to continue undisturbed.
     pub keeps_time: bool,
-    /// What the board's clock is to come to at the least, µs.
+    /// The time that the board's clock has to reach, µs.
     pub clock_beyond_us: u64,
-    /// A setting whose value is asked for afterwards, the value it had before and the one that was
-    /// stored last.
+    /// A setting that is read afterwards, with its old value and the one that was stored last.
     pub kept: Option<(Address, [Value; 2])>,
-    /// Whether it is to be the new one, unless it is said that it could not be stored.
+    /// Whether the new value is required, unless the board reports that it could not be stored.
     pub keeps_new: bool,
-    /// What is to be said of it in the table beside what was measured.
+    /// A remark in the table beside the measurements.
     pub note: &'static str,
 }
 
-/// What a scenario is to be told by.
+/// The report that a scenario requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tells {
+pub enum Reports {
     /// A fault, as an emergency message or over the serial line.
     Fault(wire::Fault),
     /// A counter in the health message.
     Counter(wire::Counter),
     /// The boot-up message alone.
     BootUp,
-    /// Nothing: it is within what the board takes.
+    /// None: the fault is within the board's tolerance.
     Nothing,
-    /// Whatever there is to be told.
+    /// Any, or none.
     Any,
 }
 
 /// One run of a scenario.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Case {
-    /// Which of its variants.
+    /// The variant.
     pub variant: u64,
-    /// Which of its phases.
+    /// The phase of the sampling.
     pub phase: u64,
 }
 
@@ -198,9 +206,9 @@ impl From<Failure> for Problem {
 }
 
 impl Step {
-    /// Does it.
+    /// Carries it out.
     pub fn act(self, board: &mut Board) {
-        let say = |board: &mut Board, message: &Message| {
+        let send = |board: &mut Board, message: &Message| {
             board.push_uart(uart::encode(0, message).as_bytes());
         };
         let command = |index: u16, signature: u32| {
@@ -210,27 +218,27 @@ impl Step {
         let store = || command(index::STORE, dictionary::SIGNATURE_STORE);
         let restore = || command(index::RESTORE, dictionary::SIGNATURE_RESTORE);
         let stopped = |board: &mut Board, message: &Message| {
-            say(
+            send(
                 board,
                 &Message::Nmt(NmtRequest(Command::EnterPreOperational)),
             );
-            say(board, message);
-            say(board, &Message::Nmt(NmtRequest(Command::StartRemoteNode)));
+            send(board, message);
+            send(board, &Message::Nmt(NmtRequest(Command::StartRemoteNode)));
         };
         match self {
-            Self::Wrong(fault) => board.inject(fault),
+            Self::Inject(injection) => board.inject(injection),
             Self::Set(address, value) => {
                 let value = value.into();
                 // Settings are changed while process data stand still.
                 stopped(board, &Message::ConfigSet(ConfigSet { address, value }));
             }
-            Self::Store => say(board, &store()),
+            Self::Store => send(board, &store()),
             Self::StoreStopped => stopped(board, &store()),
             Self::Restore => stopped(board, &restore()),
-            Self::Nmt(command) => say(board, &Message::Nmt(NmtRequest(command))),
-            // For those who let time pass, and know the pages.
+            Self::Nmt(command) => send(board, &Message::Nmt(NmtRequest(command))),
+            // The runner does these: they let time pass, or depend on the pages.
             Self::Wait(_) | Self::CutInErase(_) => {}
-            Self::Ask(address) => say(board, &Message::ConfigGet(ConfigGet { address })),
+            Self::Request(address) => send(board, &Message::ConfigGet(ConfigGet { address })),
             Self::Garbage(count) => {
                 let bytes: Vec<u8> = (0..count)
                     .map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8)
@@ -242,7 +250,7 @@ impl Step {
                 for _ in 0..count {
                     board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
                     board.push_can(Frame::new(0x080, &[]));
-                    say(board, &Message::ConfigGet(ConfigGet { address }));
+                    send(board, &Message::ConfigGet(ConfigGet { address }));
                 }
             }
         }
@@ -250,7 +258,7 @@ impl Step {
 }
 
 impl Scenario {
-    /// The one with this name.
+    /// The scenario with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         ALL.iter().find(|scenario| scenario.name == name)
@@ -262,7 +270,7 @@ impl Scenario {
         (from..=to).step_by(every.max(1) as usize)
     }
 
-    /// Runs it once on a new board that stands.
+    /// Runs it once on a new board at rest.
     ///
     /// # Errors
     /// Where the ELF does not fit, or misuses the board.
@@ -317,7 +325,7 @@ impl Scenario {
                 Step::CutInErase(part) => {
                     let operations = filled.as_ref().map_or(0, |filled| filled.operations);
                     let operation = 1 + u64::from(part) * operations.saturating_sub(1) / 31;
-                    board.inject(Fault::CutInFlash(operation));
+                    board.inject(Injection::CutInFlash(operation));
                 }
                 step => step.act(&mut board),
             }
@@ -325,35 +333,35 @@ impl Scenario {
         let end = self.lasts_ms.map(|ms| at + ms * MILLISECOND);
         if let Some(end) = end {
             watch.run_until(&mut board, end)?;
-            board.inject(Fault::Clear);
+            board.inject(Injection::Clear);
         }
-        let latest = end.unwrap_or(at) + self.patience() * MILLISECOND;
-        let mut well_since = None;
+        let latest = end.unwrap_or(at) + self.deadline() * MILLISECOND;
+        let mut healthy_since = None;
         while board.now() < latest {
             let until = board.now() + 10 * MILLISECOND;
             watch.run_until(&mut board, until)?;
             let outcome = Outcome::of(self, &watch, &board, at, end);
-            if outcome.is_over(self) {
-                let since = *well_since.get_or_insert(board.now());
+            if outcome.is_complete(self) {
+                let since = *healthy_since.get_or_insert(board.now());
                 if board.now() - since >= AFTERWARDS_MS * MILLISECOND {
                     break;
                 }
             } else {
-                well_since = None;
+                healthy_since = None;
             }
         }
         let mut outcome = Outcome::of(self, &watch, &board, at, end);
         if let Some((address, values)) = self.kept {
-            Step::Ask(address).act(&mut board);
+            Step::Request(address).act(&mut board);
             let until = board.now() + 20 * MILLISECOND;
             watch.run_until(&mut board, until)?;
-            outcome.keep(watch.answered(address), values);
+            outcome.take_setting(watch.answered(address), values);
         }
-        outcome.objections = judge::objections(self, &outcome);
+        outcome.violations = judge::violations(self, &outcome);
         Ok(outcome)
     }
 
-    /// The pages that it begins with.
+    /// The settings pages that it begins with.
     fn fill(&self, elf: &[u8]) -> Result<Option<pages::Filled>, Problem> {
         match self.pages {
             Pages::Blank => Ok(None),
@@ -381,14 +389,14 @@ impl Scenario {
         Ok(())
     }
 
-    /// Whether there are no valid data any more.
+    /// Whether data stay invalid to the end.
     fn stays(&self) -> bool {
-        self.invalid == Invalid::ToTheEnd && self.lasts_ms.is_none()
+        self.invalid == Invalid::UntilCleared && self.lasts_ms.is_none()
     }
 
-    /// How long to wait for all to be well, ms.
-    fn patience(&self) -> u64 {
+    /// How long to wait for recovery, ms.
+    fn deadline(&self) -> u64 {
         let usual = if self.stays() { 1000 } else { 4000 };
-        self.patience_ms.unwrap_or(usual)
+        self.deadline_ms.unwrap_or(usual)
     }
 }

@@ -1,71 +1,71 @@
-//! What came of a scenario, from everything that the board said.
+//! The outcome of a scenario, measured from everything that the board sent.
 
 use wire::{Counter, Fault, Value};
 
-use super::watch::{Claim, Line, SHORT_US, Told, Watch};
-use super::{Invalid, Scenario, Tells};
+use super::watch::{ContactFrame, Line, Reported, SHORT_US, Watch};
+use super::{Invalid, Reports, Scenario};
 use crate::board::Board;
 use crate::part::rcc::ResetCause;
 use crate::time::{from_us, to_us};
 
-/// What came of it. Times in µs.
+/// The outcome of a scenario. Times are in µs; "injection" is when the fault is injected,
+/// "clearance" when it is cleared or, where it ends by itself, the injection too.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// From the beginning to the first frame about the contact that is not valid.
-    pub doubted_us: Option<f64>,
-    /// From the beginning to the first word about it.
-    pub told_us: Option<f64>,
-    /// Faults told by emergency messages.
+    /// From the injection to the first contact frame that is flagged as not valid.
+    pub first_invalid_us: Option<f64>,
+    /// From the injection to the first report: emergency message, log line, boot-up message.
+    pub reported_us: Option<f64>,
+    /// Faults reported by emergency messages.
     pub emergencies: Vec<Fault>,
-    /// Faults told over the serial line.
+    /// Faults reported over the serial line.
     pub serial: Vec<Fault>,
-    /// Whether the board has introduced itself anew.
+    /// Whether the board has sent a boot-up message since the injection.
     pub boot_up: bool,
-    /// What it was reset by.
+    /// Causes of the resets since the injection.
     pub resets: Vec<ResetCause>,
-    /// Counters that have gone on, of those that stand still while all is well.
+    /// Counters that have increased, of those that are constant without a fault.
     pub counters: Vec<Counter>,
     /// Whether data were invalid for a time.
-    pub had_no_data: bool,
-    /// From the beginning to the last frame that said "stable" before data were valid again.
+    pub had_invalid_data: bool,
+    /// From the injection to the last frame that said "stable" before data were valid again.
     pub last_stable_us: Option<f64>,
-    /// Frames about the contact while the data were invalid, but for the time in which that
-    /// cannot be seen.
+    /// The number of contact frames sent while data were invalid, without those sent while the
+    /// fault could not be detected yet.
     pub checked: u64,
-    /// The longest time for which data were invalid, from when that can be seen, µs.
+    /// The longest span of invalid data, from when it could be detected.
     pub invalid_us: f64,
-    /// Those of them that said "stable".
+    /// The number of checked frames that said "stable": zero is required.
     pub stable_while_invalid: u64,
-    /// The latest frame that said "stable": by how much it was later than usual.
+    /// The greatest delay of a frame that said "stable", beyond the usual one.
     pub late_us: f64,
-    /// From the end, or from the beginning of what ends by itself, to the first valid frames on
-    /// every line that is in use; `None` where they never stopped or never came.
-    pub back_us: Option<f64>,
-    /// From the end until it was told that it is over.
-    pub gone_us: Option<f64>,
-    /// The longest time without a frame about the contact: on CAN, on the serial line.
+    /// From clearance to the first valid frame on every line in use; `None` where frames never
+    /// stopped, or never came again.
+    pub recovered_us: Option<f64>,
+    /// From clearance to the emergency message that reports the fault cleared.
+    pub cleared_us: Option<f64>,
+    /// The longest time without a contact frame: on CAN, on the serial line.
     pub silent_us: [f64; 2],
-    /// Whether the last frames on every line that is in use are valid and say "stable".
-    pub well: bool,
-    /// Whether each sample's time over the serial line is later than the one before, by less than
-    /// two ticks.
+    /// Whether the last frames on every line in use are valid and say "stable".
+    pub healthy: bool,
+    /// Whether sample times on the serial line increase, each by less than two ticks.
     pub steady_clock: bool,
-    /// The last sample's time over the serial line, µs.
+    /// The last sample time on the serial line, on the board's clock.
     pub last_sample_us: u64,
-    /// From the beginning to the first health message in which one of `counters` had gone on.
+    /// From the injection to the first health message in which one of `counters` had increased.
     pub counted_us: Option<f64>,
-    /// How often the settings afterwards were the old ones, the new ones, anything else.
+    /// The number of runs after which the setting had its old value, the new one, any other.
     pub kept: [u64; 3],
-    /// What is wrong with it: what the scenario was to come to, and did not.
-    pub objections: Vec<String>,
-    /// How long it was watched.
+    /// The requirements that were not met, in words.
+    pub violations: Vec<String>,
+    /// From the injection to the end of the run.
     pub watched_us: f64,
 }
 
 /// Longer than this without a frame, µs, and a line counts as disturbed.
 const DISTURBED_US: f64 = 5_000.0;
 
-/// Counters that stand still while all is well.
+/// Counters that are constant without a fault.
 const STILL: [Counter; 9] = [
     Counter::SaturatedSamples,
     Counter::MissedSamples,
@@ -95,113 +95,115 @@ impl Outcome {
             .collect();
         let last_reset = resets.last().map(|&(time, _)| time);
         let invalid = Invalidity::of(scenario, watch, at, end, &resets, now);
-        let claims = || watch.claims.iter().filter(move |claim| claim.time >= at);
-        let usual = usual_ages(&watch.claims, at);
+        let contacts = || {
+            watch
+                .contacts
+                .iter()
+                .filter(move |contact| contact.time >= at)
+        };
+        let usual = usual_ages(&watch.contacts, at);
         let mut outcome = Self {
             resets: resets.iter().map(|&(_, cause)| cause).collect(),
             watched_us: since(now),
-            steady_clock: is_steady(claims()),
-            had_no_data: !invalid.spans.is_empty(),
+            steady_clock: is_steady(contacts()),
+            had_invalid_data: !invalid.spans.is_empty(),
             invalid_us: invalid.longest_us(),
-            last_sample_us: claims()
+            last_sample_us: contacts()
                 .rev()
-                .find_map(|claim| claim.sample_us)
+                .find_map(|contact| contact.sample_us)
                 .unwrap_or(0),
             ..Self::default()
         };
-        for claim in claims() {
-            if !claim.valid {
-                outcome.doubted_us.get_or_insert(since(claim.time));
+        for contact in contacts() {
+            if !contact.valid {
+                outcome.first_invalid_us.get_or_insert(since(contact.time));
             }
-            if invalid.covers(claim.time) {
+            if invalid.covers(contact.time) {
                 outcome.checked += 1;
-                outcome.stable_while_invalid += u64::from(claim.stable);
+                outcome.stable_while_invalid += u64::from(contact.stable);
             }
-            if claim.stable && invalid.is_before_the_end(claim.time) {
-                outcome.last_stable_us = Some(since(claim.time));
+            if contact.stable && invalid.is_before_the_end(contact.time) {
+                outcome.last_stable_us = Some(since(contact.time));
             }
-            // The clock of a board that was reset begins anew.
-            if claim.stable && resets.is_empty() && !scenario.clock_stops {
-                let late = lateness(claim, &usual);
+            // The clock of a board that was reset starts again.
+            if contact.stable && resets.is_empty() && !scenario.clock_stops {
+                let late = lateness(contact, &usual);
                 outcome.late_us = outcome.late_us.max(late);
             }
         }
-        outcome.tell(scenario, watch, at, end);
-        outcome.count(watch, at, &resets);
-        let mut silence_ended = [at; 2];
-        for line in Line::BOTH {
-            let (longest, ended) = (
-                &mut outcome.silent_us[line as usize],
-                &mut silence_ended[line as usize],
-            );
-            let mut last = at;
-            let times = claims().filter(|claim| claim.line == line);
-            for time in times.map(|claim| claim.time).chain([now]) {
-                let silent = to_us(time - last);
-                if silent > *longest {
-                    (*longest, *ended) = (silent, time);
-                }
-                last = time;
-            }
-        }
+        outcome.take_reports(scenario, watch, at, end);
+        outcome.take_counters(watch, at, &resets);
+        let silences = Line::BOTH.map(|line| longest_silence(contacts(), line, at, now));
+        outcome.silent_us = silences.map(|(silent_us, _)| silent_us);
         let lines: &[Line] = match scenario.with_can {
             true => &Line::BOTH,
             false => &[Line::Uart],
         };
-        outcome.well = lines.iter().all(|&line| {
-            let of_line = |claim: &&Claim| claim.line == line;
-            let last = watch.claims.iter().rev().find(of_line);
+        outcome.healthy = lines.iter().all(|&line| {
+            let of_line = |contact: &&ContactFrame| contact.line == line;
+            let last = watch.contacts.iter().rev().find(of_line);
             let recent = from_us(DISTURBED_US as u64);
-            last.is_some_and(|claim| claim.valid && claim.stable && now - claim.time < recent)
+            last.is_some_and(|contact| {
+                contact.valid && contact.stable && now - contact.time < recent
+            })
         });
         let silence = lines
             .iter()
-            .filter(|&&line| outcome.silent_us[line as usize] > DISTURBED_US)
-            .map(|&line| silence_ended[line as usize])
+            .map(|&line| silences[line as usize])
+            .filter(|&(silent_us, _)| silent_us > DISTURBED_US)
+            .map(|(_, ended)| ended)
             .max();
-        let doubt = claims().find(|claim| !claim.valid).map(|claim| claim.time);
-        let disturbed = doubt.or(last_reset).or(silence).is_some();
-        let from = end.or(last_reset).or(doubt).or(silence).unwrap_or(at);
+        let first_invalid = contacts()
+            .find(|contact| !contact.valid)
+            .map(|contact| contact.time);
+        let disturbed = first_invalid.or(last_reset).or(silence).is_some();
+        let from = end
+            .or(last_reset)
+            .or(first_invalid)
+            .or(silence)
+            .unwrap_or(at);
         if disturbed {
             let first = |line: Line| {
-                let good = |claim: &&Claim| claim.line == line && claim.valid && claim.time >= from;
-                claims().find(good).map(|claim| claim.time)
+                let good = |contact: &&ContactFrame| {
+                    contact.line == line && contact.valid && contact.time >= from
+                };
+                contacts().find(good).map(|contact| contact.time)
             };
             let all: Option<Vec<u64>> = lines.iter().map(|&line| first(line)).collect();
             let back = all.and_then(|all| all.into_iter().max());
-            outcome.back_us = back.map(|back| to_us(back - end.unwrap_or(at)));
+            outcome.recovered_us = back.map(|back| to_us(back - end.unwrap_or(at)));
         }
         outcome
     }
 
-    fn tell(&mut self, scenario: &Scenario, watch: &Watch, at: u64, end: Option<u64>) {
-        for &(time, told) in watch.told.iter().filter(|(time, _)| *time >= at) {
-            let news = match told {
-                Told::Emergency(fault) => remember(&mut self.emergencies, fault),
-                Told::Serial(fault) => remember(&mut self.serial, fault),
-                Told::BootUp => {
-                    // At power-up there is nothing else to expect.
+    fn take_reports(&mut self, scenario: &Scenario, watch: &Watch, at: u64, end: Option<u64>) {
+        for &(time, reported) in watch.reported.iter().filter(|(time, _)| *time >= at) {
+            let is_new = match reported {
+                Reported::Emergency(fault) => insert(&mut self.emergencies, fault),
+                Reported::Serial(fault) => insert(&mut self.serial, fault),
+                Reported::BootUp => {
+                    // At power-up it is always sent.
                     self.boot_up |= !scenario.at_power_up;
                     !scenario.at_power_up
                 }
-                Told::Gone(fault) => {
-                    if scenario.tells == Tells::Fault(fault)
+                Reported::Cleared(fault) => {
+                    if scenario.reports == Reports::Fault(fault)
                         && let Some(end) = end
                         && time >= end
                     {
-                        self.gone_us.get_or_insert(to_us(time - end));
+                        self.cleared_us.get_or_insert(to_us(time - end));
                     }
                     false
                 }
             };
-            if news {
-                self.told_us.get_or_insert(to_us(time - at));
+            if is_new {
+                self.reported_us.get_or_insert(to_us(time - at));
             }
         }
     }
 
-    /// Counters begin anew with a reset, and are then no sign of anything.
-    fn count(&mut self, watch: &Watch, at: u64, resets: &[(u64, ResetCause)]) {
+    /// Counters start again with a reset, and then show nothing.
+    fn take_counters(&mut self, watch: &Watch, at: u64, resets: &[(u64, ResetCause)]) {
         let before = watch.health.iter().rev().find(|(time, _)| *time < at);
         let (Some((_, before)), true) = (before, resets.is_empty()) else {
             return;
@@ -210,61 +212,61 @@ impl Outcome {
             for counter in STILL {
                 if before.counters.get(counter) != health.counters.get(counter) {
                     self.counted_us.get_or_insert(to_us(time - at));
-                    remember(&mut self.counters, counter);
+                    insert(&mut self.counters, counter);
                 }
             }
         }
     }
 
-    /// Takes in what the settings are afterwards.
-    pub(super) fn keep(&mut self, answer: Option<&[u8]>, values: [Value; 2]) {
+    /// Counts the value of the setting afterwards.
+    pub(super) fn take_setting(&mut self, answer: Option<&[u8]>, values: [Value; 2]) {
         let is_answer = |value: &Value| answer == Some(&value.to_raw().to_le_bytes());
-        let place = values.iter().position(is_answer);
-        self.kept[place.unwrap_or(2)] += 1;
+        let index = values.iter().position(is_answer);
+        self.kept[index.unwrap_or(2)] += 1;
     }
 
-    /// From the beginning to the first sign of it in anything that the board sends.
+    /// From the injection to the first sign of the fault in anything that the board sends, µs.
     #[must_use]
-    pub fn noticed_us(&self) -> Option<f64> {
-        let signs = [self.doubted_us, self.told_us, self.counted_us];
+    pub fn detected_us(&self) -> Option<f64> {
+        let signs = [self.first_invalid_us, self.reported_us, self.counted_us];
         signs.into_iter().flatten().reduce(f64::min)
     }
 
-    /// Whether what is to be told has been told.
+    /// Whether the required report has been sent.
     #[must_use]
-    pub fn has_told(&self, tells: Tells) -> bool {
-        match tells {
-            Tells::Fault(fault) => {
+    pub fn has_reported(&self, reports: Reports) -> bool {
+        match reports {
+            Reports::Fault(fault) => {
                 self.emergencies.contains(&fault) || self.serial.contains(&fault)
             }
-            Tells::Counter(counter) => self.counters.contains(&counter),
-            Tells::BootUp => self.boot_up,
-            Tells::Nothing => self.noticed_us().is_none(),
-            Tells::Any => true,
+            Reports::Counter(counter) => self.counters.contains(&counter),
+            Reports::BootUp => self.boot_up,
+            Reports::Nothing => self.detected_us().is_none(),
+            Reports::Any => true,
         }
     }
 
-    /// Whether there is nothing more to wait for.
-    pub(super) fn is_over(&self, scenario: &Scenario) -> bool {
+    /// Whether nothing more is awaited.
+    pub(super) fn is_complete(&self, scenario: &Scenario) -> bool {
         let gone = scenario.lasts_ms.is_none()
             || self.emergencies.is_empty()
-            || self.back_us.is_some()
-            || self.gone_us.is_some();
-        self.watched_us > 300_000.0 && self.well && gone && self.has_told(scenario.tells)
+            || self.recovered_us.is_some()
+            || self.cleared_us.is_some();
+        self.watched_us > 300_000.0 && self.healthy && gone && self.has_reported(scenario.reports)
     }
 
-    /// Takes in what came of it in another run: the worst of both.
+    /// The worst of this outcome and that of another run.
     #[must_use]
     pub fn worst(mut self, other: &Self) -> Self {
         let most = |a: Option<f64>, b: Option<f64>| match (a, b) {
             (Some(a), Some(b)) => Some(a.max(b)),
             (a, b) => a.or(b),
         };
-        self.doubted_us = most(self.doubted_us, other.doubted_us);
-        self.told_us = most(self.told_us, other.told_us);
+        self.first_invalid_us = most(self.first_invalid_us, other.first_invalid_us);
+        self.reported_us = most(self.reported_us, other.reported_us);
         self.last_stable_us = most(self.last_stable_us, other.last_stable_us);
-        self.back_us = most(self.back_us, other.back_us);
-        self.gone_us = most(self.gone_us, other.gone_us);
+        self.recovered_us = most(self.recovered_us, other.recovered_us);
+        self.cleared_us = most(self.cleared_us, other.cleared_us);
         self.counted_us = most(self.counted_us, other.counted_us);
         for (count, others) in self.kept.iter_mut().zip(other.kept) {
             *count += others;
@@ -275,13 +277,13 @@ impl Outcome {
         self.invalid_us = self.invalid_us.max(other.invalid_us);
         self.stable_while_invalid += other.stable_while_invalid;
         self.boot_up |= other.boot_up;
-        self.well &= other.well;
-        self.had_no_data |= other.had_no_data;
+        self.healthy &= other.healthy;
+        self.had_invalid_data |= other.had_invalid_data;
         self.steady_clock &= other.steady_clock;
         for (silent, others) in self.silent_us.iter_mut().zip(other.silent_us) {
             *silent = silent.max(others);
         }
-        self.objections.extend(other.objections.iter().cloned());
+        self.violations.extend(other.violations.iter().cloned());
         merge(&mut self.emergencies, &other.emergencies);
         merge(&mut self.serial, &other.serial);
         merge(&mut self.resets, &other.resets);
@@ -290,7 +292,7 @@ impl Outcome {
     }
 }
 
-fn remember<T: PartialEq>(all: &mut Vec<T>, item: T) -> bool {
+fn insert<T: PartialEq>(all: &mut Vec<T>, item: T) -> bool {
     let new = !all.contains(&item);
     if new {
         all.push(item);
@@ -300,11 +302,11 @@ fn remember<T: PartialEq>(all: &mut Vec<T>, item: T) -> bool {
 
 fn merge<T: PartialEq + Copy>(all: &mut Vec<T>, others: &[T]) {
     for &other in others {
-        remember(all, other);
+        insert(all, other);
     }
 }
 
-/// When data are invalid, and it can be known.
+/// When data are invalid and that can be detected.
 struct Invalidity {
     spans: Vec<(u64, u64)>,
     end: u64,
@@ -334,8 +336,8 @@ impl Invalidity {
         let known = at + from_us(scenario.blind_us);
         match scenario.invalid {
             Invalid::Never => {}
-            Invalid::ToTheEnd => spans.push((known, end.unwrap_or(now))),
-            Invalid::ToTheNextSample => spans.push((known, sample_after(restarted))),
+            Invalid::UntilCleared => spans.push((known, end.unwrap_or(now))),
+            Invalid::UntilNextSample => spans.push((known, sample_after(restarted))),
         }
         let end = spans.iter().map(|&(_, to)| to).max().unwrap_or(at);
         Self { spans, end }
@@ -356,19 +358,38 @@ impl Invalidity {
     }
 }
 
-/// The least age of a frame on each line before it happened.
-fn usual_ages(claims: &[Claim], at: u64) -> [f64; 2] {
+/// The longest time without a contact frame on a line: how long, µs, and when it ended.
+fn longest_silence<'a>(
+    contacts: impl Iterator<Item = &'a ContactFrame>,
+    line: Line,
+    at: u64,
+    now: u64,
+) -> (f64, u64) {
+    let (mut longest, mut last) = ((0.0, at), at);
+    let times = contacts.filter(|contact| contact.line == line);
+    for time in times.map(|contact| contact.time).chain([now]) {
+        let silent_us = to_us(time - last);
+        if silent_us > longest.0 {
+            longest = (silent_us, time);
+        }
+        last = time;
+    }
+    longest
+}
+
+/// The least age of a frame on each line before the injection.
+fn usual_ages(contacts: &[ContactFrame], at: u64) -> [f64; 2] {
     let mut usual = [f64::INFINITY; 2];
-    for claim in claims.iter().filter(|claim| claim.time < at) {
-        let least = &mut usual[claim.line as usize];
-        *least = least.min(claim.age_us);
+    for contact in contacts.iter().filter(|contact| contact.time < at) {
+        let least = &mut usual[contact.line as usize];
+        *least = least.min(contact.age_us);
     }
     usual
 }
 
-fn lateness(claim: &Claim, usual: &[f64; 2]) -> f64 {
-    let late = claim.age_us - usual[claim.line as usize];
-    match (claim.line, late.is_finite()) {
+fn lateness(contact: &ContactFrame, usual: &[f64; 2]) -> f64 {
+    let late = contact.age_us - usual[contact.line as usize];
+    match (contact.line, late.is_finite()) {
         (_, false) => 0.0,
         // By less than a step of the short time, it is none.
         (Line::Can, true) => {
@@ -379,9 +400,9 @@ fn lateness(claim: &Claim, usual: &[f64; 2]) -> f64 {
     }
 }
 
-fn is_steady<'a>(claims: impl Iterator<Item = &'a Claim>) -> bool {
+fn is_steady<'a>(contacts: impl Iterator<Item = &'a ContactFrame>) -> bool {
     let mut last: Option<u64> = None;
-    for sample_us in claims.filter_map(|claim| claim.sample_us) {
+    for sample_us in contacts.filter_map(|contact| contact.sample_us) {
         if let Some(last) = last.replace(sample_us)
             && !(last + 1..last + 2_000).contains(&sample_us)
         {
@@ -395,8 +416,8 @@ fn is_steady<'a>(claims: impl Iterator<Item = &'a Claim>) -> bool {
 mod tests {
     use super::*;
 
-    fn claim(line: Line, age_us: f64, sample_us: u64) -> Claim {
-        Claim {
+    fn contact(line: Line, age_us: f64, sample_us: u64) -> ContactFrame {
+        ContactFrame {
             line,
             time: 0,
             stable: true,
@@ -409,16 +430,19 @@ mod tests {
     #[test]
     fn a_frame_is_late_by_what_it_is_older_than_the_youngest_before() {
         let usual = usual_ages(
-            &[claim(Line::Can, 655_000.0, 0), claim(Line::Uart, 500.0, 0)],
+            &[
+                contact(Line::Can, 655_000.0, 0),
+                contact(Line::Uart, 500.0, 0),
+            ],
             1,
         );
-        let late = |line, age_us| lateness(&claim(line, age_us, 0), &usual);
+        let late = |line, age_us| lateness(&contact(line, age_us, 0), &usual);
         assert_eq!(late(Line::Uart, 31_500.0), 31_000.0);
         // Over the wrap of the short time.
         assert_eq!(late(Line::Can, 640.0), 1_000.0);
         assert_eq!(late(Line::Can, 654_995.0), 0.0);
         assert_eq!(
-            lateness(&claim(Line::Can, 1.0, 0), &[f64::INFINITY; 2]),
+            lateness(&contact(Line::Can, 1.0, 0), &[f64::INFINITY; 2]),
             0.0
         );
     }
@@ -426,8 +450,9 @@ mod tests {
     #[test]
     fn a_clock_is_steady_where_each_time_is_a_tick_after_the_one_before() {
         let times = |all: &[u64]| {
-            let claims: Vec<Claim> = all.iter().map(|&t| claim(Line::Uart, 0.0, t)).collect();
-            is_steady(claims.iter())
+            let contacts: Vec<ContactFrame> =
+                all.iter().map(|&t| contact(Line::Uart, 0.0, t)).collect();
+            is_steady(contacts.iter())
         };
         assert!(times(&[4_294_966_900, 4_294_967_900, 4_294_968_850]));
         assert!(!times(&[4_294_966_900, 604]));

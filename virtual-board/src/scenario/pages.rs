@@ -5,12 +5,12 @@ use std::sync::{Mutex, PoisonError};
 use super::{BEFORE_MS, MILLISECOND, Problem, Step};
 use crate::board::Board;
 
-/// What is in the pages with the settings at power-up.
+/// The content of the settings pages at power-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pages {
     /// Nothing, as in a new board.
     Blank,
-    /// So many records that the next store has to erase.
+    /// Full of records: the next store has to erase.
     BeforeAnErase,
 }
 
@@ -29,7 +29,7 @@ const MOST_STORES: u32 = 400;
 const STORE_MS: u64 = 60;
 const ERASE_MS: u64 = 3_000;
 
-/// What has been found, by ELF.
+/// Pages filled so far, by ELF.
 static FOUND: Mutex<Vec<(Vec<u8>, Filled)>> = Mutex::new(Vec::new());
 
 /// Has a board with `elf` store its settings, changed by `before`, until it erases: the pages as

@@ -1,26 +1,29 @@
-//! Two things that go wrong at once, or one shortly after the other.
+//! Two faults at once, or one shortly after the other.
 
-use super::{ALL, Case, Invalid, Outcome, Pages, Problem, Scenario, Step, Tells};
+use super::{ALL, Invalid, Outcome, Pages, Problem, Reports, Scenario, Step};
 use crate::corner::Corner;
 
 /// From the first to the second, µs.
 pub const DELAYS_US: [u32; 2] = [0, 12_000];
 
+/// Pairs run at one phase of the sampling.
+const FIRST_PHASE: u64 = 0;
+
 /// A frame about the contact, 39 bytes of 10 bits at 1 Mbit/s, at a tenth of that rate, µs.
 const STRETCHED_FRAME_US: u64 = 3_900;
 
-/// Two faults, the second so many µs after the first.
+/// Two faults, the second a delay after the first.
 #[derive(Clone, Copy)]
 pub struct Pair {
-    /// What goes wrong first.
+    /// The first fault.
     pub first: &'static Scenario,
-    /// What goes wrong then.
+    /// The second fault.
     pub second: &'static Scenario,
     /// How long after the first, µs.
     pub delay_us: u32,
 }
 
-/// Whether it goes wrong on a board that runs, on its own, with nothing before it.
+/// Whether it is injected into a running board, without preparation.
 fn is_simple(scenario: &&Scenario) -> bool {
     let waits = |step: &Step| matches!(step, Step::Wait(_));
     let steps = (scenario.steps)(scenario.variants.0);
@@ -61,16 +64,16 @@ impl Pair {
         )
     }
 
-    /// Until when data are invalid: to the end of what lasts. What ends by itself is looked at after
-    /// resets only.
+    /// Until when data are invalid: until lasting faults are cleared. Faults that end by themselves
+    /// are judged after resets only.
     const fn invalid(&self) -> Invalid {
         match (self.first.invalid, self.second.invalid) {
-            (Invalid::ToTheEnd, _) | (_, Invalid::ToTheEnd) => Invalid::ToTheEnd,
+            (Invalid::UntilCleared, _) | (_, Invalid::UntilCleared) => Invalid::UntilCleared,
             _ => Invalid::Never,
         }
     }
 
-    /// By how much later it may be noticed where a debugger halts the core meanwhile, or where a
+    /// By how much later it may be detected where a debugger halts the core meanwhile, or where a
     /// serial frame that had begun leaves at a tenth of its rate, with the clock that is left, µs.
     const fn standstill_us(&self) -> u64 {
         if self.first.clock_stops || self.second.clock_stops {
@@ -82,8 +85,8 @@ impl Pair {
         }
     }
 
-    /// What is asked of both together: no frame says "stable" without data, whatever is told and
-    /// whatever resets it, and all is well afterwards.
+    /// The requirement for both together: no frame says "stable" on invalid data, and the board
+    /// recovers; any report and any reset is allowed.
     fn scenario(&self) -> Scenario {
         let (first, second) = (self.first, self.second);
         let blind = |scenario: &Scenario, after: u32| match scenario.invalid {
@@ -95,9 +98,9 @@ impl Pair {
             lasts_ms: first.lasts_ms.or(second.lasts_ms),
             invalid: self.invalid(),
             blind_us: blind(first, 0).max(blind(second, self.delay_us)) + self.standstill_us(),
-            noticed_within_us: u64::MAX,
+            detected_within_us: u64::MAX,
             phases: 1,
-            tells: Tells::Any,
+            reports: Reports::Any,
             with_can: first.with_can && second.with_can,
             any_reset: true,
             keeps_time: false,
@@ -119,8 +122,7 @@ impl Pair {
             steps.push(Step::Wait(self.delay_us));
         }
         steps.extend((self.second.steps)(self.second.variants.0));
-        let Case { phase, .. } = Case::default();
         self.scenario()
-            .run_steps(elf, &steps, phase, Corner::Typical)
+            .run_steps(elf, &steps, FIRST_PHASE, Corner::Typical)
     }
 }

@@ -1,4 +1,4 @@
-//! The fault matrix as a table for people, from runs.
+//! The fault matrix as a Markdown table, from runs.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -7,8 +7,8 @@ use std::thread;
 use super::{Case, Outcome, Scenario};
 use crate::corner::Corner;
 
-/// Runs scenarios in all their variants, on all cores, and gives the worst of each. What cannot be
-/// run is an objection.
+/// Runs scenarios in all their variants, on all cores, and gives the worst of each. A run that
+/// fails is a violation.
 #[must_use]
 pub fn matrix(
     elf: &[u8],
@@ -18,9 +18,9 @@ pub fn matrix(
     let runs: Vec<(usize, Case)> = rows
         .iter()
         .enumerate()
-        .flat_map(|(place, scenario)| {
+        .flat_map(|(index, scenario)| {
             scenario.all_variants().flat_map(move |variant| {
-                (0..scenario.phases).map(move |phase| (place, Case { variant, phase }))
+                (0..scenario.phases).map(move |phase| (index, Case { variant, phase }))
             })
         })
         .collect();
@@ -30,10 +30,10 @@ pub fn matrix(
     thread::scope(|scope| {
         for _ in 0..cores {
             scope.spawn(|| {
-                while let Some(&(place, case)) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let outcome = rows[place].run(elf, case, corner);
+                while let Some(&(index, case)) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let outcome = rows[index].run(elf, case, corner);
                     let mut outcomes = outcomes.lock().unwrap_or_else(PoisonError::into_inner);
-                    outcomes.push(((place, case), outcome));
+                    outcomes.push(((index, case), outcome));
                 }
             });
         }
@@ -43,17 +43,17 @@ pub fn matrix(
         .unwrap_or_else(PoisonError::into_inner);
     outcomes.sort_by_key(|(run, _)| *run);
     let mut worst: Vec<Option<Outcome>> = vec![None; rows.len()];
-    for ((place, case), outcome) in outcomes {
-        let name = rows[place].name;
+    for ((index, case), outcome) in outcomes {
+        let name = rows[index].name;
         let outcome = outcome.unwrap_or_else(|problem| Outcome {
-            objections: vec![format!("{name}:{}: {problem}", case.variant)],
+            violations: vec![format!("{name}:{}: {problem}", case.variant)],
             ..Outcome::default()
         });
         let mut outcome = outcome;
-        for text in &mut outcome.objections {
+        for text in &mut outcome.violations {
             *text += &format!(" (variant {}, phase {})", case.variant, case.phase);
         }
-        worst[place] = Some(match worst[place].take() {
+        worst[index] = Some(match worst[index].take() {
             Some(so_far) => so_far.worst(&outcome),
             None => outcome,
         });
@@ -63,12 +63,12 @@ pub fn matrix(
         .collect()
 }
 
-/// Later than usual by less, µs, is not worth a word.
+/// A lateness below this, µs, is not shown.
 const LATE_US: f64 = 2_000.0;
 
 /// The columns.
 pub const HEAD: &str = "\
-| `--fault` | what goes wrong | noticed after | told | \"stable\" at most until | frames without valid data that said \"stable\" | well again after |
+| `--fault` | fault | detected after | reported | last \"stable\" after | \"stable\" on invalid data | recovered after |
 |---|---|---|---|---|---|---|
 ";
 
@@ -79,29 +79,29 @@ pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
         "| `{}` | {} | {} | {} | {} | {} | {} |\n",
         scenario.name,
         scenario.what,
-        outcome.noticed_us().map_or_else(|| "—".into(), time),
-        told(outcome),
+        outcome.detected_us().map_or_else(|| "—".into(), time),
+        reported(outcome),
         match outcome.last_stable_us {
-            _ if !outcome.had_no_data && outcome.late_us > LATE_US => {
-                format!("data are valid, {} late at most", time(outcome.late_us))
+            _ if !outcome.had_invalid_data && outcome.late_us > LATE_US => {
+                format!("data valid, at most {} late", time(outcome.late_us))
             }
-            _ if !outcome.had_no_data => "data are valid".into(),
+            _ if !outcome.had_invalid_data => "data valid".into(),
             None => "never".into(),
             Some(us) => time(us),
         },
         match outcome.checked {
             0 => "—".into(),
             checked => format!(
-                "{} of some {}",
+                "{} of about {}",
                 outcome.stable_while_invalid,
                 round(checked)
             ),
         },
-        well_again(scenario, outcome),
+        recovered(scenario, outcome),
     )
 }
 
-fn told(outcome: &Outcome) -> String {
+fn reported(outcome: &Outcome) -> String {
     let mut all = Vec::new();
     for cause in &outcome.resets {
         all.push(format!("reset ({cause:?})"));
@@ -126,18 +126,16 @@ fn told(outcome: &Outcome) -> String {
     }
 }
 
-fn well_again(scenario: &Scenario, outcome: &Outcome) -> String {
-    let mut text = match (outcome.back_us, outcome.gone_us) {
+fn recovered(scenario: &Scenario, outcome: &Outcome) -> String {
+    let mut text = match (outcome.recovered_us, outcome.cleared_us) {
         (Some(us), _) => time(us),
-        (None, Some(us)) => format!("told as over after {}", time(us)),
-        (None, None) if outcome.well => "not disturbed".into(),
-        (None, None) => "stays, reported".into(),
+        (None, Some(us)) => format!("reported cleared after {}", time(us)),
+        (None, None) if outcome.healthy => "not disturbed".into(),
+        (None, None) => "persists, reported".into(),
     };
     let [old, new, neither] = outcome.kept;
     if scenario.kept.is_some() {
-        text += &format!(
-            "; settings: {old} times the old ones, {new} times the new ones, {neither} times others"
-        );
+        text += &format!("; settings: {old} × old, {new} × new, {neither} × other");
     }
     if !scenario.note.is_empty() {
         text += "; ";
@@ -146,13 +144,13 @@ fn well_again(scenario: &Scenario, outcome: &Outcome) -> String {
     text
 }
 
-/// For people: two digits of a count.
+/// Two digits of a count.
 fn round(count: u64) -> u64 {
     let step = 10_u64.pow(count.max(1).ilog10().saturating_sub(1));
     count / step * step
 }
 
-/// For people: two digits of a time.
+/// Two digits of a time.
 fn time(us: f64) -> String {
     let ms = us / 1000.0;
     match ms {

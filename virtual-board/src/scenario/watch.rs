@@ -1,4 +1,4 @@
-//! What the board says, with the times at which it said it.
+//! Everything the board sends, with its times.
 
 use estimator_core::Decision;
 use wire::uart::{Answer, Decoder, HealthMessage, Message};
@@ -11,7 +11,7 @@ use crate::part::can::TimedFrame;
 use crate::part::usart::TimedByte;
 use crate::time::{PER_SECOND, to_us};
 
-/// One of the two ways out.
+/// A line that leads out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Line {
     Can,
@@ -24,11 +24,11 @@ impl Line {
 
 /// A frame about the contact.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Claim {
+pub(super) struct ContactFrame {
     pub(super) line: Line,
-    /// When the last of what it says had left.
+    /// When its last byte had left.
     pub(super) time: u64,
-    /// By decision, or by a probability above one half without a doubt.
+    /// By decision, or by a probability above one half without a flag.
     pub(super) stable: bool,
     pub(super) valid: bool,
     /// From the sample's time on the board's clock to `time`, µs, but for a constant; that of CAN
@@ -41,28 +41,28 @@ pub(super) struct Claim {
 /// Short times wrap after this, µs.
 pub(super) const SHORT_US: f64 = 655_360.0;
 
-/// Something that was told.
+/// A report of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Told {
+pub(super) enum Reported {
     /// Over CAN.
     Emergency(Fault),
-    /// Over CAN: it is over.
-    Gone(Fault),
+    /// Over CAN: the fault is cleared.
+    Cleared(Fault),
     /// Over the serial line, in the log or in the health message.
     Serial(Fault),
     /// The boot-up message.
     BootUp,
 }
 
-/// Everything that was said.
+/// Everything that was sent.
 #[derive(Default)]
 pub(super) struct Watch {
-    pub(super) claims: Vec<Claim>,
-    pub(super) told: Vec<(u64, Told)>,
+    pub(super) contacts: Vec<ContactFrame>,
+    pub(super) reported: Vec<(u64, Reported)>,
     pub(super) health: Vec<(u64, HealthMessage)>,
     /// Samples read from the sensor: when, and the data-ready edge before.
     pub(super) samples: Vec<(u64, Option<u64>)>,
-    /// What was answered to questions for settings.
+    /// Answers to requests for settings.
     answers: Vec<(Address, Vec<u8>)>,
     decoder: Decoder,
     /// When the last byte but a frame's end left.
@@ -70,7 +70,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Runs the board and takes in what it says.
+    /// Runs the board and records what it sends.
     pub(super) fn run_until(&mut self, board: &mut Board, until: u64) -> Result<(), Failure> {
         while board.now() < until {
             let next = (board.now() + PER_SECOND / 100).min(until);
@@ -80,11 +80,11 @@ impl Watch {
         Ok(())
     }
 
-    /// Takes in what it has said.
+    /// Records what it has sent.
     pub(super) fn take(&mut self, board: &mut Board) {
         for TimedByte { time, byte } in board.take_uart() {
             // A reset may cut a frame off before its end: the next one begins with it, long after
-            // what was said had left.
+            // the last byte had left.
             if let Some(Ok(frame)) = self.decoder.push(byte) {
                 self.message(self.last_byte, &frame.message);
             }
@@ -95,7 +95,7 @@ impl Watch {
         for TimedFrame { time, frame } in board.take_can() {
             let Ok(data) = <[u8; 8]>::try_from(frame.data.as_slice()) else {
                 if frame.id & !0x7F == 0x700 && frame.data == [0] {
-                    self.told.push((time, Told::BootUp));
+                    self.reported.push((time, Reported::BootUp));
                 }
                 continue;
             };
@@ -112,18 +112,18 @@ impl Watch {
         if id & !0x7F == 0x080 && id & 0x7F != 0 {
             let emergency = Emergency::decode(data);
             if let Some(fault) = emergency.fault {
-                let told = match emergency.code {
-                    0 => Told::Gone(fault),
-                    _ => Told::Emergency(fault),
+                let reported = match emergency.code {
+                    0 => Reported::Cleared(fault),
+                    _ => Reported::Emergency(fault),
                 };
-                self.told.push((time, told));
+                self.reported.push((time, reported));
             }
         }
         if let Some((Pdo::Contact, _)) = Pdo::from_cob_id(id as u16) {
             let contact = pdo::Contact::decode(data);
             let sample_us = f64::from(contact.timestamp.0) * pdo::TIME_STEP_US as f64;
             let status = contact.status;
-            self.claims.push(Claim {
+            self.contacts.push(ContactFrame {
                 line: Line::Can,
                 time,
                 stable: says_stable(contact.stable.0, status),
@@ -138,7 +138,7 @@ impl Watch {
         match message {
             Message::Contact(contact) => {
                 let sample_us = contact.timestamp.as_micros();
-                self.claims.push(Claim {
+                self.contacts.push(ContactFrame {
                     line: Line::Uart,
                     time,
                     stable: says_stable(contact.stable.0, contact.status),
@@ -150,12 +150,12 @@ impl Watch {
             Message::Log(line) => {
                 let named = |fault: &Fault| fault.name() == line.text();
                 if let Some(fault) = Fault::ALL.into_iter().find(named) {
-                    self.told.push((time, Told::Serial(fault)));
+                    self.reported.push((time, Reported::Serial(fault)));
                 }
             }
             Message::Health(health) => {
                 for fault in health.faults.iter() {
-                    self.told.push((time, Told::Serial(fault)));
+                    self.reported.push((time, Reported::Serial(fault)));
                 }
                 self.health.push((time, *health));
             }
@@ -169,7 +169,7 @@ impl Watch {
         }
     }
 
-    /// The last answer to a question for a setting.
+    /// The last answer to a request for a setting.
     pub(super) fn answered(&self, address: Address) -> Option<&[u8]> {
         let mut answers = self.answers.iter().rev();
         let found = answers.find(|(about, _)| *about == address);

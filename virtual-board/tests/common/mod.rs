@@ -3,6 +3,8 @@
 // Every test takes what it needs.
 #![allow(dead_code)]
 
+pub mod rig;
+
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Mutex;

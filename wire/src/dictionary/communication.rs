@@ -1,8 +1,9 @@
 //! 0x1000 to 0x1FFF: what CiA 301 wants and allows.
 
+use super::process::process;
 use super::{
-    Access, Entry, Object, PDO_NO_REMOTE, PRODUCT_CODE, REVISION, Role, Shape, Text, VENDOR_ID,
-    index,
+    Access, Concern, Entry, Object, PDO_NO_REMOTE, PRODUCT_CODE, REVISION, Role, Shape, Text,
+    VENDOR_ID, index,
 };
 use crate::foot::cob_id;
 use crate::pdo::{self, Pdo};
@@ -18,13 +19,18 @@ const fn tpdo(pdo: Pdo) -> [Entry; 3] {
             Value::U32(PDO_NO_REMOTE | pdo.base() as u32),
         )
         .doc("bit 31 set: not sent; the identifier itself cannot be changed"),
-        Entry::setting(2, "Transmission type", Value::U8(254))
+        Entry::setting(2, "Transmission type", Concern::Stream, Value::U8(254))
             .range_without([1, 255, 241, 253])
             .doc("1 to 240: with every n-th SYNC; 254 and 255: by the event timer"),
-        Entry::setting(5, "Event timer", Value::U16(pdo.default_period_ms()))
-            .range(Value::U16(0), Value::U16(10_000))
-            .unit("ms")
-            .doc("one frame in so many ticks; 0: not sent by the timer"),
+        Entry::setting(
+            5,
+            "Event timer",
+            Concern::Stream,
+            Value::U16(pdo.default_period_ms()),
+        )
+        .range(Value::U16(0), Value::U16(10_000))
+        .unit("ms")
+        .doc("one frame in N ticks; 0: not sent by the timer"),
     ]
 }
 
@@ -40,7 +46,6 @@ const fn mapping<const N: usize>(pdo: Pdo) -> [Entry; N] {
         "Mapped object 7",
         "Mapped object 8",
     ];
-    assert!(pdo.mapping().len() == N);
     let mut entries = [Entry::constant(1, NAMES[0], Value::U32(0)); N];
     let mut i = 0;
     while i < N {
@@ -49,6 +54,32 @@ const fn mapping<const N: usize>(pdo: Pdo) -> [Entry; N] {
         i += 1;
     }
     entries
+}
+
+/// The object that says when a frame is sent.
+macro_rules! communication_parameter {
+    ($pdo:ident, $number:literal) => {
+        Object {
+            index: index::TPDO + Pdo::$pdo as u16,
+            name: Text::new(concat!($number, " communication parameter")),
+            shape: Shape::Record,
+            doc: Text::new(Pdo::$pdo.title()),
+            entries: &tpdo(Pdo::$pdo),
+        }
+    };
+}
+
+/// The object that says what a frame holds.
+macro_rules! mapping_parameter {
+    ($pdo:ident, $number:literal) => {
+        Object {
+            index: index::TPDO_MAPPING + Pdo::$pdo as u16,
+            name: Text::new(concat!($number, " mapping parameter")),
+            shape: Shape::Record,
+            doc: Text::new(Pdo::$pdo.title()),
+            entries: &mapping::<{ Pdo::$pdo.mapping().len() }>(Pdo::$pdo),
+        }
+    };
 }
 
 const fn error(sub: u8, name: &'static str) -> Entry {
@@ -69,7 +100,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Error register"),
         shape: Shape::Var,
         doc: Text::new("bit 0 any error, bit 4 communication, bit 7 everything else"),
-        entries: &[Entry::process(0, "Error register", Value::U8(0))],
+        entries: process!(Health, ERROR_REGISTER),
     },
     Object {
         index: index::ERROR_HISTORY,
@@ -173,7 +204,7 @@ pub(super) const OBJECTS: &[Object] = &[
         shape: Shape::Var,
         doc: Text::new("0: no heartbeat"),
         entries: &[
-            Entry::setting(0, "Producer heartbeat time", Value::U16(500)).unit("ms"),
+            Entry::setting(0, "Producer heartbeat time", Concern::Stream, Value::U16(500)).unit("ms"),
         ],
     },
     Object {
@@ -207,7 +238,7 @@ pub(super) const OBJECTS: &[Object] = &[
         entries: &[
             Entry::cob_id(1, "COB-ID", pdo::Load::BASE as u32),
             Entry::constant(2, "Transmission type", Value::U8(255)),
-            Entry::setting(5, "Event timer", Value::U16(100))
+            Entry::setting(5, "Event timer", Concern::Stream, Value::U16(100))
                 .range(Value::U16(1), Value::U16(1_000))
                 .unit("ms")
                 .doc("how long a load is believed; after it emergency 0x8250 where the load source is CAN"),
@@ -224,102 +255,18 @@ pub(super) const OBJECTS: &[Object] = &[
             Value::U32((index::LOAD as u32) << 16 | 32),
         )],
     },
-    Object {
-        index: index::TPDO,
-        name: Text::new("TPDO1 communication parameter"),
-        shape: Shape::Record,
-        doc: Text::new("contact"),
-        entries: &tpdo(Pdo::Contact),
-    },
-    Object {
-        index: index::TPDO + 1,
-        name: Text::new("TPDO2 communication parameter"),
-        shape: Shape::Record,
-        doc: Text::new("axes"),
-        entries: &tpdo(Pdo::Axes),
-    },
-    Object {
-        index: index::TPDO + 2,
-        name: Text::new("TPDO3 communication parameter"),
-        shape: Shape::Record,
-        doc: Text::new("attitude"),
-        entries: &tpdo(Pdo::Attitude),
-    },
-    Object {
-        index: index::TPDO + 3,
-        name: Text::new("TPDO4 communication parameter"),
-        shape: Shape::Record,
-        doc: Text::new("acceleration"),
-        entries: &tpdo(Pdo::Acceleration),
-    },
-    Object {
-        index: index::TPDO + 4,
-        name: Text::new("TPDO5 communication parameter"),
-        shape: Shape::Record,
-        doc: Text::new("rate"),
-        entries: &tpdo(Pdo::Rate),
-    },
-    Object {
-        index: index::TPDO + 5,
-        name: Text::new("TPDO6 communication parameter"),
-        shape: Shape::Record,
-        doc: Text::new("bias and temperature"),
-        entries: &tpdo(Pdo::Bias),
-    },
-    Object {
-        index: index::TPDO + 6,
-        name: Text::new("TPDO7 communication parameter"),
-        shape: Shape::Record,
-        doc: Text::new("health"),
-        entries: &tpdo(Pdo::Health),
-    },
-    Object {
-        index: index::TPDO_MAPPING,
-        name: Text::new("TPDO1 mapping parameter"),
-        shape: Shape::Record,
-        doc: Text::new("contact"),
-        entries: &mapping::<6>(Pdo::Contact),
-    },
-    Object {
-        index: index::TPDO_MAPPING + 1,
-        name: Text::new("TPDO2 mapping parameter"),
-        shape: Shape::Record,
-        doc: Text::new("axes"),
-        entries: &mapping::<7>(Pdo::Axes),
-    },
-    Object {
-        index: index::TPDO_MAPPING + 2,
-        name: Text::new("TPDO3 mapping parameter"),
-        shape: Shape::Record,
-        doc: Text::new("attitude"),
-        entries: &mapping::<4>(Pdo::Attitude),
-    },
-    Object {
-        index: index::TPDO_MAPPING + 3,
-        name: Text::new("TPDO4 mapping parameter"),
-        shape: Shape::Record,
-        doc: Text::new("acceleration"),
-        entries: &mapping::<4>(Pdo::Acceleration),
-    },
-    Object {
-        index: index::TPDO_MAPPING + 4,
-        name: Text::new("TPDO5 mapping parameter"),
-        shape: Shape::Record,
-        doc: Text::new("rate"),
-        entries: &mapping::<4>(Pdo::Rate),
-    },
-    Object {
-        index: index::TPDO_MAPPING + 5,
-        name: Text::new("TPDO6 mapping parameter"),
-        shape: Shape::Record,
-        doc: Text::new("bias and temperature"),
-        entries: &mapping::<4>(Pdo::Bias),
-    },
-    Object {
-        index: index::TPDO_MAPPING + 6,
-        name: Text::new("TPDO7 mapping parameter"),
-        shape: Shape::Record,
-        doc: Text::new("health"),
-        entries: &mapping::<5>(Pdo::Health),
-    },
+    communication_parameter!(Contact, "TPDO1"),
+    communication_parameter!(Axes, "TPDO2"),
+    communication_parameter!(Attitude, "TPDO3"),
+    communication_parameter!(Acceleration, "TPDO4"),
+    communication_parameter!(Rate, "TPDO5"),
+    communication_parameter!(Bias, "TPDO6"),
+    communication_parameter!(Health, "TPDO7"),
+    mapping_parameter!(Contact, "TPDO1"),
+    mapping_parameter!(Axes, "TPDO2"),
+    mapping_parameter!(Attitude, "TPDO3"),
+    mapping_parameter!(Acceleration, "TPDO4"),
+    mapping_parameter!(Rate, "TPDO5"),
+    mapping_parameter!(Bias, "TPDO6"),
+    mapping_parameter!(Health, "TPDO7"),
 ];

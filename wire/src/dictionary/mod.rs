@@ -1,417 +1,33 @@
 //! The object dictionary: every object, once. This table makes the SDO server's answers and range
 //! checks, the UART's configuration messages, `footfall.eds` and the tables of `README.md`.
 //!
-//! `communication` holds the objects of CiA 301, `settings` the configuration of the foot, `process`
-//! what it measures and knows.
+//! | what | module |
+//! |---|---|
+//! | indices and addresses | `address` |
+//! | the objects of CiA 301 | `communication` |
+//! | the configuration of the foot | `settings` |
+//! | what it measures and knows | `process` |
+//! | a value: role, access, limits, texts | `entry`, `limits`, `text` |
 //!
-//! To add a setting, add an entry with `Entry::setting` to `settings` and read it in
-//! [`settings`](crate::settings); the files are written by
-//! `FOOTFALL_UPDATE=1 cargo test -p wire --test files`.
+//! To add a number of the estimator, give it a row in [`estimator_core::parameter`] and an entry with
+//! `Entry::parameter` in `settings`. To add another setting, give it an entry with `Entry::setting`, and
+//! read it in [`settings`](crate::settings). `FOOTFALL_UPDATE=1 cargo test -p wire --test files` writes
+//! the files.
 
 mod communication;
+mod entry;
+mod limits;
 mod process;
 mod settings;
+mod text;
+
+pub use crate::address::{Address, index};
+pub use entry::{Access, Concern, Entry, Role};
+pub use limits::Limits;
+pub use settings::WINDOW_CAPACITY;
+pub use text::Text;
 
 use crate::abort::AbortCode;
-use crate::value::{DataType, Value};
-
-/// Where an object or a part of it is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Address {
-    /// The object.
-    pub index: u16,
-    /// Its part; 0 for an object of one value.
-    pub subindex: u8,
-}
-
-impl Address {
-    /// An address.
-    #[must_use]
-    pub const fn new(index: u16, subindex: u8) -> Self {
-        Self { index, subindex }
-    }
-}
-
-/// The indices of the objects.
-pub mod index {
-    #![allow(missing_docs)]
-
-    pub const DEVICE_TYPE: u16 = 0x1000;
-    pub const ERROR_REGISTER: u16 = 0x1001;
-    pub const ERROR_HISTORY: u16 = 0x1003;
-    pub const SYNC_COB_ID: u16 = 0x1005;
-    pub const DEVICE_NAME: u16 = 0x1008;
-    pub const HARDWARE_VERSION: u16 = 0x1009;
-    pub const SOFTWARE_VERSION: u16 = 0x100A;
-    pub const STORE: u16 = 0x1010;
-    pub const RESTORE: u16 = 0x1011;
-    pub const TIME_COB_ID: u16 = 0x1012;
-    pub const EMCY_COB_ID: u16 = 0x1014;
-    pub const HEARTBEAT: u16 = 0x1017;
-    pub const IDENTITY: u16 = 0x1018;
-    pub const SDO_SERVER: u16 = 0x1200;
-    pub const RPDO: u16 = 0x1400;
-    pub const RPDO_MAPPING: u16 = 0x1600;
-    pub const TPDO: u16 = 0x1800;
-    pub const TPDO_MAPPING: u16 = 0x1A00;
-
-    pub const FOOT: u16 = 0x2000;
-    pub const NODE_ID: u16 = 0x2001;
-    pub const CAN_BIT_RATE: u16 = 0x2002;
-    pub const UART_RATE: u16 = 0x2003;
-    pub const AUTOSTART: u16 = 0x2004;
-    pub const LOCK: u16 = 0x2005;
-    pub const LOG_LEVEL: u16 = 0x2006;
-    pub const SELF_TEST: u16 = 0x2007;
-    pub const UART_STREAMS: u16 = 0x2008;
-    pub const WINDOW: u16 = 0x2010;
-    pub const BANDWIDTH: u16 = 0x2011;
-    pub const HALF_WIDTH: u16 = 0x2012;
-    pub const ATTITUDE_FILTER: u16 = 0x2013;
-    pub const DECISION: u16 = 0x2014;
-    pub const LOAD_INPUT: u16 = 0x2015;
-    pub const ESTIMATION: u16 = 0x2016;
-    pub const ACCELEROMETER: u16 = 0x2017;
-    pub const LEARNT: u16 = 0x2018;
-
-    pub const CONTACT: u16 = 0x2100;
-    pub const AXES: u16 = 0x2101;
-    pub const ATTITUDE: u16 = 0x2102;
-    pub const ACCELERATION: u16 = 0x2103;
-    pub const RATE: u16 = 0x2104;
-    pub const BIAS: u16 = 0x2105;
-    pub const TEMPERATURE: u16 = 0x2106;
-    pub const HEALTH: u16 = 0x2107;
-    pub const LOAD: u16 = 0x2108;
-    pub const TIME: u16 = 0x2109;
-    pub const STAGE: u16 = 0x2110;
-    pub const FAULTS: u16 = 0x2111;
-    pub const COUNTERS: u16 = 0x2112;
-    pub const LAST_CRASH: u16 = 0x2113;
-    pub const SUPPLY: u16 = 0x2114;
-    pub const CALIBRATION: u16 = 0x2120;
-}
-
-/// Who may do what with an entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
-    /// Never changes.
-    Const,
-    /// Can be read.
-    Ro,
-    /// Can be written.
-    Wo,
-    /// Can be read and written.
-    Rw,
-}
-
-impl Access {
-    /// The access type's name in an EDS.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Const => "const",
-            Self::Ro => "ro",
-            Self::Wo => "wo",
-            Self::Rw => "rw",
-        }
-    }
-}
-
-/// What an entry is to the device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// Its default is its value.
-    Constant,
-    /// Its default plus the node id is its value.
-    CobId,
-    /// Configuration: kept, stored and restored, written in pre-operational only.
-    Setting,
-    /// Configuration: the identifier of a PDO. Its default plus the node id is its value, and
-    /// only bit 31 (set: the PDO is off) can be changed.
-    PdoCobId,
-    /// Process data: what the PDO it is mapped to holds.
-    Process,
-    /// Something that the device knows.
-    Live,
-    /// Process data that comes in.
-    Input,
-    /// Something that is done when it is written.
-    Command,
-}
-
-/// What may be written. A value outside a range is too high or too low, one that a list or a range
-/// with a hole in it lacks is not allowed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Limits {
-    /// Any value of the type.
-    Any,
-    /// From the first to the second.
-    Range(Value, Value),
-    /// From the first to the second, but nothing between the third and the fourth, themselves
-    /// included.
-    RangeWithout([Value; 4]),
-    /// One of these.
-    OneOf(&'static [Value]),
-}
-
-impl Limits {
-    /// Whether `value`, which has the right type, may be written.
-    ///
-    /// # Errors
-    /// The reason, as an abort code.
-    pub fn check(self, value: Value) -> Result<(), AbortCode> {
-        match self {
-            Self::Any => Ok(()),
-            Self::Range(low, high) => in_range(value, low, high),
-            Self::RangeWithout([low, high, from, to]) => {
-                if in_range(value, low, high).is_err() || in_range(value, from, to).is_ok() {
-                    return Err(AbortCode::InvalidValue);
-                }
-                Ok(())
-            }
-            Self::OneOf(values) => {
-                if values.contains(&value) {
-                    Ok(())
-                } else {
-                    Err(AbortCode::InvalidValue)
-                }
-            }
-        }
-    }
-
-    /// The least and the greatest value, where there are any.
-    #[must_use]
-    pub fn range(self) -> Option<(Value, Value)> {
-        match self {
-            Self::Any => None,
-            Self::Range(low, high) | Self::RangeWithout([low, high, ..]) => Some((low, high)),
-            Self::OneOf(values) => Some((*values.first()?, *values.last()?)),
-        }
-    }
-}
-
-/// Limits as an entry holds them, in a byte beside eight bytes of numbers: the numbers' type is that
-/// of the entry's default.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Bounds {
-    Any,
-    /// The numbers are the least and the greatest value.
-    Range,
-    /// The bytes of the first number are those of [`Limits::RangeWithout`].
-    RangeWithout,
-    OneOf(Choice),
-}
-
-/// Lists of the values that may be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Choice {
-    CanBitRate,
-}
-
-impl Choice {
-    const fn values(self) -> &'static [Value] {
-        match self {
-            Self::CanBitRate => settings::CAN_BIT_RATES,
-        }
-    }
-}
-
-fn in_range(value: Value, low: Value, high: Value) -> Result<(), AbortCode> {
-    use core::cmp::Ordering::{Greater, Less};
-    match (value.compare(low), value.compare(high)) {
-        (Some(Less), _) => Err(AbortCode::TooLow),
-        (_, Some(Greater)) => Err(AbortCode::TooHigh),
-        (Some(_), Some(_)) => Ok(()),
-        // Not a number.
-        _ => Err(AbortCode::InvalidValue),
-    }
-}
-
-/// Text for people and files. A foot has no use for it: on a microcontroller it is empty and takes
-/// no room.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Text(#[cfg(not(target_os = "none"))] &'static str);
-
-impl Text {
-    const NONE: Self = Self::new("");
-
-    #[cfg(not(target_os = "none"))]
-    const fn new(text: &'static str) -> Self {
-        Self(text)
-    }
-
-    #[cfg(target_os = "none")]
-    const fn new(_: &'static str) -> Self {
-        Self()
-    }
-
-    /// The text.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        #[cfg(not(target_os = "none"))]
-        return self.0;
-        #[cfg(target_os = "none")]
-        return "";
-    }
-}
-
-impl core::ops::Deref for Text {
-    type Target = str;
-
-    fn deref(&self) -> &str {
-        self.as_str()
-    }
-}
-
-impl core::fmt::Display for Text {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.pad(self.as_str())
-    }
-}
-
-// The dictionary lies in the foot's flash.
-#[cfg(target_os = "none")]
-const _: () = assert!(size_of::<Entry>() <= 20);
-
-/// A value in the dictionary. On a microcontroller its texts are empty.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
-    /// The part of its object that it is.
-    pub subindex: u8,
-    /// Its name.
-    pub name: Text,
-    /// What it is to the device.
-    pub role: Role,
-    /// Who may do what with it.
-    pub access: Access,
-    /// Its value at first, which also fixes its type.
-    pub default: Value,
-    bounds: Bounds,
-    numbers: [u32; 2],
-    /// The unit; empty where there is none.
-    pub unit: Text,
-    /// What it means, where its name and its object's text do not say it all.
-    pub doc: Text,
-}
-
-impl Entry {
-    const fn new(
-        subindex: u8,
-        name: &'static str,
-        role: Role,
-        access: Access,
-        default: Value,
-    ) -> Self {
-        Self {
-            subindex,
-            name: Text::new(name),
-            role,
-            access,
-            default,
-            bounds: Bounds::Any,
-            numbers: [0; 2],
-            unit: Text::NONE,
-            doc: Text::NONE,
-        }
-    }
-
-    const fn constant(subindex: u8, name: &'static str, value: Value) -> Self {
-        Self::new(subindex, name, Role::Constant, Access::Const, value)
-    }
-
-    const fn cob_id(subindex: u8, name: &'static str, base: u32) -> Self {
-        Self::new(subindex, name, Role::CobId, Access::Ro, Value::U32(base))
-    }
-
-    const fn setting(subindex: u8, name: &'static str, default: Value) -> Self {
-        Self::new(subindex, name, Role::Setting, Access::Rw, default)
-    }
-
-    const fn switch(subindex: u8, name: &'static str, default: u8) -> Self {
-        Self::setting(subindex, name, Value::U8(default)).range(Value::U8(0), Value::U8(1))
-    }
-
-    const fn live(subindex: u8, name: &'static str, default: Value) -> Self {
-        Self::new(subindex, name, Role::Live, Access::Ro, default)
-    }
-
-    const fn process(subindex: u8, name: &'static str, default: Value) -> Self {
-        Self::new(subindex, name, Role::Process, Access::Ro, default)
-    }
-
-    const fn command(subindex: u8, name: &'static str, access: Access, default: Value) -> Self {
-        Self::new(subindex, name, Role::Command, access, default)
-    }
-
-    const fn range(mut self, low: Value, high: Value) -> Self {
-        self.bounds = Bounds::Range;
-        self.numbers = [low.to_raw(), high.to_raw()];
-        self
-    }
-
-    /// From the first byte to the second, but nothing between the third and the fourth.
-    const fn range_without(mut self, bytes: [u8; 4]) -> Self {
-        assert!(matches!(self.default, Value::U8(_)));
-        self.bounds = Bounds::RangeWithout;
-        self.numbers = [u32::from_le_bytes(bytes), 0];
-        self
-    }
-
-    const fn one_of(mut self, choice: Choice) -> Self {
-        self.bounds = Bounds::OneOf(choice);
-        self
-    }
-
-    const fn unit(mut self, unit: &'static str) -> Self {
-        self.unit = Text::new(unit);
-        self
-    }
-
-    const fn doc(mut self, doc: &'static str) -> Self {
-        self.doc = Text::new(doc);
-        self
-    }
-
-    /// What may be written.
-    #[must_use]
-    pub fn limits(&self) -> Limits {
-        match self.bounds {
-            Bounds::Any => Limits::Any,
-            Bounds::Range => {
-                let [low, high] = self.numbers;
-                let number = |raw| Value::from_raw(self.data_type(), raw);
-                // Text has no range.
-                number(low)
-                    .zip(number(high))
-                    .map_or(Limits::Any, |(low, high)| Limits::Range(low, high))
-            }
-            Bounds::RangeWithout => {
-                let [bytes, _] = self.numbers;
-                Limits::RangeWithout(bytes.to_le_bytes().map(Value::U8))
-            }
-            Bounds::OneOf(choice) => Limits::OneOf(choice.values()),
-        }
-    }
-
-    /// The type of its value.
-    #[must_use]
-    pub const fn data_type(&self) -> DataType {
-        self.default.data_type()
-    }
-
-    /// Whether it is kept over power-off.
-    #[must_use]
-    pub const fn is_setting(&self) -> bool {
-        matches!(self.role, Role::Setting | Role::PdoCobId)
-    }
-
-    /// Whether it can stand in a PDO.
-    #[must_use]
-    pub const fn is_mappable(&self) -> bool {
-        matches!(self.role, Role::Process | Role::Input)
-    }
-}
 
 /// How an object is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -450,7 +66,7 @@ impl Object {
 /// What is found at an address.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// A value, and its place among the settings where it is one.
+    /// A value, and its index among the settings where it is one.
     Entry(&'static Entry, Option<usize>),
     /// The highest sub-index of an object.
     Highest(u8),
@@ -482,6 +98,15 @@ pub fn find(address: Address) -> Result<Place, AbortCode> {
     }
 }
 
+/// What the setting at an address changes; `None` where there is no setting.
+#[must_use]
+pub fn concern(address: Address) -> Option<Concern> {
+    match find(address) {
+        Ok(Place::Entry(entry, _)) => entry.concern(),
+        Ok(Place::Highest(_)) | Err(_) => None,
+    }
+}
+
 /// Every value, in the order of the addresses.
 pub fn entries() -> impl Iterator<Item = (Address, &'static Entry)> {
     OBJECTS.iter().flat_map(|object| {
@@ -495,7 +120,7 @@ pub fn settings() -> impl Iterator<Item = (Address, &'static Entry)> {
     entries().filter(|(_, entry)| entry.is_setting())
 }
 
-/// The place among the settings of the one at an address. Evaluated by the compiler only, which
+/// The index among the settings of the one at an address. Evaluated by the compiler only, which
 /// would report a setting that there is not.
 #[allow(clippy::indexing_slicing, clippy::panic)]
 pub(crate) const fn slot_of(index: u16, subindex: u8) -> usize {
@@ -560,7 +185,7 @@ pub const PDO_OFF: u32 = 1 << 31;
 /// Bit 30 of a PDO's identifier: remote frames are not answered.
 pub const PDO_NO_REMOTE: u32 = 1 << 30;
 
-/// Tells the device from others of the same vendor: "foot".
+/// Differs from those of other devices of the vendor: "foot".
 pub const PRODUCT_CODE: u32 = u32::from_be_bytes(*b"foot");
 /// No vendor id has been assigned to this project.
 pub const VENDOR_ID: u32 = 0;
@@ -596,6 +221,7 @@ mod tests {
     use super::*;
     use crate::pdo::PDOS;
     use crate::pdo::Pdo;
+    use crate::value::Value;
     use std::vec::Vec;
 
     #[test]

@@ -1,31 +1,58 @@
-//! From 0x2100 on: what the foot measures, what it knows, and what it can be told to do.
+//! From 0x2100 on: what the foot measures, what it knows, and the commands that it takes.
 
 use estimator_core::Learnt;
 
 use super::settings::LEARNT;
-use super::{Access, Bounds, Entry, Object, Role, Shape, Text, index};
+use super::{Access, Entry, Object, Role, Shape, Text, index};
 use crate::counter::Counter;
+use crate::pdo::Field;
 use crate::value::Value;
 
-const fn axes_of<const N: usize>(names: [&'static str; N], unit: &'static str) -> [Entry; N] {
-    let mut entries = [Entry::process(0, "", Value::I16(0)).unit(unit); N];
-    let mut i = 0;
-    while i < N {
-        #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
-        {
-            entries[i].subindex = i as u8 + 1;
-            entries[i].name = Text::new(names[i]);
+/// How many rows of a frame are parts of an object.
+#[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
+pub(super) const fn count(fields: &[Field], index: u16) -> usize {
+    let (mut count, mut i) = (0, 0);
+    while i < fields.len() {
+        count += (fields[i].index == index) as usize;
+        i += 1;
+    }
+    count
+}
+
+/// The entries of an object that a frame holds.
+#[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
+pub(super) const fn entries<const N: usize>(fields: &[Field], index: u16) -> [Entry; N] {
+    let mut entries = [Entry::live(0, "", Value::U8(0)); N];
+    let (mut count, mut i) = (0, 0);
+    while i < fields.len() {
+        let field = fields[i];
+        if field.index == index {
+            entries[count] = Entry::new(
+                field.subindex,
+                field.name,
+                Role::Process,
+                Access::Ro,
+                field.zero,
+            )
+            .unit(field.unit)
+            .doc(field.doc);
+            count += 1;
         }
         i += 1;
     }
     entries
 }
 
-const XYZ: [&str; 3] = ["x", "y", "z"];
-
-const fn probability_of(sub: u8, name: &'static str) -> Entry {
-    Entry::process(sub, name, Value::U8(0)).unit("1/255")
+/// The entries of an object, from the rows of the frame that holds it.
+macro_rules! process {
+    ($pdo:ident, $index:ident) => {{
+        const FIELDS: &[crate::pdo::Field] = crate::pdo::Pdo::$pdo.fields();
+        const INDEX: u16 = super::index::$index;
+        const COUNT: usize = super::process::count(FIELDS, INDEX);
+        &super::process::entries::<COUNT>(FIELDS, INDEX)
+    }};
 }
+pub(super) use process;
 
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
 const fn counters() -> [Entry; Counter::ALL.len()] {
@@ -51,13 +78,7 @@ const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
     entries[0] = command;
     let mut i = 0;
     while i < LEARNT.len() {
-        entries[2 + i] = Entry {
-            subindex: 3 + i as u8,
-            role: Role::Live,
-            access: Access::Ro,
-            bounds: Bounds::Any,
-            ..LEARNT[i]
-        };
+        entries[2 + i] = LEARNT[i].as_live(3 + i as u8);
         i += 1;
     }
     entries
@@ -69,81 +90,56 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Contact"),
         shape: Shape::Record,
         doc: Text::new("TPDO1"),
-        entries: &[
-            Entry::process(1, "Stable contact probability", Value::U16(0)).unit("1/65535"),
-            probability_of(2, "Tangential probability"),
-            probability_of(3, "Vertical probability"),
-            Entry::process(4, "Timestamp", Value::U16(0))
-                .unit("10 µs")
-                .doc("of the sample; wraps every 655.36 ms"),
-            Entry::process(5, "Sequence", Value::U8(0)),
-            Entry::process(6, "Status", Value::U8(0)).doc("bits as in TPDO1"),
-        ],
+        entries: process!(Contact, CONTACT),
     },
     Object {
         index: index::AXES,
         name: Text::new("Axis probabilities"),
         shape: Shape::Array,
         doc: Text::new("TPDO2"),
-        entries: &[
-            probability_of(1, "P(ax)"),
-            probability_of(2, "P(ay)"),
-            probability_of(3, "P(az)"),
-            probability_of(4, "P(wx)"),
-            probability_of(5, "P(wy)"),
-            probability_of(6, "P(wz)"),
-        ],
+        entries: process!(Axes, AXES),
     },
     Object {
         index: index::ATTITUDE,
         name: Text::new("Attitude"),
         shape: Shape::Array,
         doc: Text::new("TPDO3: quaternion, sensor → world"),
-        entries: &axes_of(["w", "x", "y", "z"], "1/32767"),
+        entries: process!(Attitude, ATTITUDE),
     },
     Object {
         index: index::ACCELERATION,
         name: Text::new("Linear acceleration"),
         shape: Shape::Array,
         doc: Text::new("TPDO4: without gravity, sensor frame"),
-        entries: &axes_of(XYZ, "0.01 m/s²"),
+        entries: process!(Acceleration, ACCELERATION),
     },
     Object {
         index: index::RATE,
         name: Text::new("Angular rate"),
         shape: Shape::Array,
         doc: Text::new("TPDO5: without bias, sensor frame"),
-        entries: &axes_of(XYZ, "0.00125 rad/s"),
+        entries: process!(Rate, RATE),
     },
     Object {
         index: index::BIAS,
         name: Text::new("Gyroscope bias"),
         shape: Shape::Array,
         doc: Text::new("TPDO6: sensor frame"),
-        entries: &axes_of(XYZ, "0.00001 rad/s"),
+        entries: process!(Bias, BIAS),
     },
     Object {
         index: index::TEMPERATURE,
         name: Text::new("Sensor temperature"),
         shape: Shape::Var,
         doc: Text::new("TPDO6"),
-        entries: &[Entry::process(0, "Sensor temperature", Value::I16(0)).unit("0.01 °C")],
+        entries: process!(Bias, TEMPERATURE),
     },
     Object {
         index: index::HEALTH,
         name: Text::new("Health"),
         shape: Shape::Record,
         doc: Text::new("TPDO7"),
-        entries: &[
-            Entry::process(1, "Flags", Value::U8(0))
-                .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap"),
-            Entry::process(2, "Dropped frames", Value::U8(0)).doc("modulo 256; all of them in 0x2112"),
-            Entry::process(3, "Counter of the last SYNC", Value::U8(0))
-                .doc("0: it had none"),
-            Entry::process(4, "Time of the last SYNC", Value::U32(0))
-                .unit("10 µs")
-                .doc("on the foot's clock; the low 16 bits are a timestamp of 0x2100:4"),
-        ],
+        entries: process!(Health, HEALTH),
     },
     Object {
         index: index::LOAD,

@@ -195,7 +195,7 @@ impl Objects for Device {
         let raw = match (entry.role, address.index) {
             (_, index::ERROR_REGISTER) => u32::from(self.faults.register()),
             (Role::Constant, _) => return Ok(entry.default),
-            (Role::Setting, _) => {
+            (Role::Setting(_), _) => {
                 return self.settings.get(address).ok_or(AbortCode::NoObject);
             }
             (Role::CobId, _) => entry.default.to_raw().wrapping_add(self.id()),
@@ -229,7 +229,7 @@ impl Objects for Device {
         };
         let value = Value::from_bytes(entry.data_type(), bytes).ok_or(AbortCode::Length)?;
         match entry.role {
-            Role::Setting => self.write_setting(address, value)?,
+            Role::Setting(_) => self.write_setting(address, value)?,
             Role::PdoCobId => {
                 let id = value.to_raw().wrapping_sub(self.id());
                 self.write_setting(address, Value::U32(id))?;

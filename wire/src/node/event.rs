@@ -1,4 +1,4 @@
-//! What a node and its application tell each other.
+//! What a node reports to its application.
 
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
@@ -11,11 +11,11 @@ use crate::pdo::Load;
 /// Why the node boots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BootCause {
-    /// Nobody asked for it: power came, or the program had crashed. With autostart the node is
+    /// Not commanded: power came, or the program had crashed. With autostart the node is
     /// operational at once.
     #[default]
     PowerUp,
-    /// A master asked for it, by Reset Node or Reset Communication or by giving the node its first
+    /// Commanded by a master: by Reset Node or Reset Communication or by giving the node its first
     /// id: the node waits in pre-operational state.
     Commanded,
 }

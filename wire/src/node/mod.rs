@@ -11,24 +11,35 @@
 //!   there is no node id; LSS, by its own rules, gives a node id in every state;
 //! - with the configuration lock set no other setting can be changed or restored, `0x0800_0021`;
 //! - a refused value changes nothing.
+//!
+//! | what | module |
+//! |---|---|
+//! | objects that are read and written, and the rules for it | `device` |
+//! | process data as of a tick | `snapshot` |
+//! | emergency messages | `faults` |
+//! | the node id, by LSS | `lss` |
+//! | what the application has to know or to do | `event` |
 
 mod device;
 mod event;
+mod faults;
+mod lss;
 mod snapshot;
 
-use canopen_rs::lss::{self, LssAddress, LssSlave, LssState};
+use canopen_rs::lss::{LSS_MASTER_COB_ID, LSS_SLAVE_COB_ID, LssSlave};
 use canopen_rs::nmt;
 use canopen_rs::time::TimeOfDay;
 use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
 use estimator_core::{ContactEstimate, Learnt, Timestamp};
 
 use device::Device;
+use lss::{LSS_STORE, id_setting, lss_slave};
 use snapshot::Snapshot;
 
 use crate::abort::AbortCode;
 use crate::counter::Counters;
-use crate::dictionary::{Address, ERROR_HISTORY, PRODUCT_CODE, REVISION, VENDOR_ID, index};
-use crate::fault::{Emergency, Fault, Faults};
+use crate::dictionary::{Address, ERROR_HISTORY, index};
+use crate::fault::{Fault, Faults};
 use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
 use crate::pdo::{LastSync, Load, Pdo};
@@ -46,7 +57,7 @@ pub use canopen_rs::{NmtCommand as Command, NmtState as State};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Waiting {
     #[default]
-    Nobody,
+    None,
     Sdo,
     Lss,
 }
@@ -65,24 +76,22 @@ pub struct Node {
     ticks: u32,
     heartbeat_age: u16,
     syncs: u32,
-    /// One bit for each PDO that a SYNC has asked for.
-    asked: u8,
+    /// One bit for each PDO that a SYNC has requested for.
+    requested: u8,
     last_sync: LastSync,
     sequence: u8,
     /// The faults of which an emergency message was sent since the last boot.
-    told: Faults,
+    reported: Faults,
     /// The faults of which none is to be sent yet.
-    withheld: Faults,
+    held_back: Faults,
     /// The detail of each fault, by its number.
     details: [u32; Fault::NUMBERS],
 }
 
-const LSS_CONFIGURE_NODE_ID: u8 = 0x11;
-const LSS_CONFIGURE_BIT_TIMING: u8 = 0x13;
-const LSS_STORE: u8 = 0x17;
+const NODE_ID: Address = Address::new(index::NODE_ID, 0);
 
 impl Node {
-    /// A node that has not booted yet. `serial` tells this board from all others.
+    /// A node that has not booted yet. `serial` is that of the board.
     #[must_use]
     pub fn new(settings: Settings, serial: u32) -> Self {
         let id = settings.node_id();
@@ -109,16 +118,16 @@ impl Node {
             },
             nmt: NmtStateMachine::new(),
             sdo: SdoServer::new(),
-            waiting: Waiting::Nobody,
+            waiting: Waiting::None,
             given: None,
             ticks: 0,
             heartbeat_age: 0,
             syncs: 0,
-            asked: 0,
+            requested: 0,
             last_sync: LastSync::default(),
             sequence: 0,
-            told: Faults::NONE,
-            withheld: Faults::NONE,
+            reported: Faults::NONE,
+            held_back: Faults::NONE,
             details: [0; Fault::NUMBERS],
         }
     }
@@ -136,10 +145,10 @@ impl Node {
         self.lss = lss_slave(self.device.id, self.device.serial);
         self.nmt = NmtStateMachine::new();
         self.sdo = SdoServer::new();
-        self.waiting = Waiting::Nobody;
+        self.waiting = Waiting::None;
         self.heartbeat_age = 0;
-        self.asked = 0;
-        self.told = Faults::NONE;
+        self.requested = 0;
+        self.reported = Faults::NONE;
         let id = self.device.id?;
         self.nmt.boot();
         if cause == BootCause::PowerUp && self.device.settings.autostart() {
@@ -224,7 +233,7 @@ impl Node {
 
     /// Takes in a received frame. `now` is when it came, on the clock of the samples.
     pub fn receive(&mut self, frame: &CanFrame, now: Timestamp) -> Outcome {
-        if frame.id() == lss::LSS_MASTER_COB_ID {
+        if frame.id() == LSS_MASTER_COB_ID {
             return self.receive_lss(frame);
         }
         let Some(id) = self.device.id else {
@@ -264,7 +273,7 @@ impl Node {
     }
 
     /// Writes an object with the bytes of a value; the event says what is to be done about it. A
-    /// store or a restore that was asked for here is answered by the application itself, without
+    /// store or a restore that was requested here is answered by the application itself, without
     /// [`Node::finish`].
     ///
     /// # Errors
@@ -274,7 +283,7 @@ impl Node {
         if let Some(code) = sdo::wrong_length(bytes.len(), size) {
             return Err(code);
         }
-        self.device.storing = self.waiting != Waiting::Nobody;
+        self.device.storing = self.waiting != Waiting::None;
         self.device.write(address, bytes)?;
         Ok(self.take_event())
     }
@@ -293,7 +302,7 @@ impl Node {
     /// for.
     pub fn finish(&mut self, result: Result<(), AbortCode>) -> Option<CanFrame> {
         match core::mem::take(&mut self.waiting) {
-            Waiting::Nobody => None,
+            Waiting::None => None,
             Waiting::Sdo => {
                 let answer = self.sdo.finish(result)?;
                 Some(CanFrame::of(
@@ -305,76 +314,10 @@ impl Node {
                 // 2: the storage media could not be accessed.
                 let error = if result.is_ok() { 0 } else { 2 };
                 Some(CanFrame::of(
-                    lss::LSS_SLAVE_COB_ID,
+                    LSS_SLAVE_COB_ID,
                     [LSS_STORE, error, 0, 0, 0, 0, 0, 0],
                 ))
             }
-        }
-    }
-
-    /// A fault has come: the emergency message to send. There is none for a fault that was there
-    /// already; where it cannot be sent in this state, [`Node::tick`] sends it later.
-    pub fn raise(&mut self, fault: Fault, detail: u32) -> Option<CanFrame> {
-        if self.device.faults.contains(fault) {
-            return None;
-        }
-        self.note(fault, detail);
-        self.tell(fault)
-    }
-
-    /// The same for a fault of which nobody can be told while it lasts: [`Node::tick`] sends the
-    /// emergency message after [`Node::release`].
-    pub fn raise_withheld(&mut self, fault: Fault, detail: u32) {
-        if !self.told.contains(fault) {
-            self.withheld = self.withheld.with(fault);
-        }
-        if !self.device.faults.contains(fault) {
-            self.note(fault, detail);
-        }
-    }
-
-    /// From now on the bus may be told of a fault that was withheld.
-    pub fn release(&mut self, fault: Fault) {
-        self.withheld = self.withheld.without(fault);
-    }
-
-    fn note(&mut self, fault: Fault, detail: u32) {
-        self.device.faults = self.device.faults.with(fault);
-        // Each moves down by one, the oldest out of it.
-        let newest = u32::from(fault.code()) | u32::from(fault.number()) << 16;
-        let history = self.device.history.iter_mut();
-        history.fold(newest, |moved, entry| core::mem::replace(entry, moved));
-        if let Some(place) = self.details.get_mut(usize::from(fault.number())) {
-            *place = detail;
-        }
-    }
-
-    /// A fault has gone: the emergency message to send, where anybody was told of the fault.
-    pub fn clear(&mut self, fault: Fault) -> Option<CanFrame> {
-        self.device.faults = self.device.faults.without(fault);
-        self.withheld = self.withheld.without(fault);
-        let told = self.told.contains(fault);
-        self.told = self.told.without(fault);
-        let id = self.id_for_emergencies().filter(|_| told)?;
-        let emergency = Emergency::cleared(fault, self.device.faults);
-        Some(CanFrame::of(id, emergency.encode()))
-    }
-
-    fn tell(&mut self, fault: Fault) -> Option<CanFrame> {
-        let id = self.id_for_emergencies()?;
-        self.told = self.told.with(fault);
-        let detail = self.details.get(usize::from(fault.number())).copied();
-        let emergency = Emergency::raised(fault, detail.unwrap_or(0), self.device.faults);
-        Some(CanFrame::of(id, emergency.encode()))
-    }
-
-    /// The identifier of emergency messages, in the states in which they are sent.
-    fn id_for_emergencies(&self) -> Option<u16> {
-        match self.device.state {
-            NmtState::PreOperational | NmtState::Operational => {
-                Some(self.device.id?.cob_id(cob_id::EMERGENCY))
-            }
-            NmtState::Initialising | NmtState::Stopped => None,
         }
     }
 
@@ -390,7 +333,7 @@ impl Node {
     ) {
         self.ticks = self.ticks.wrapping_add(1);
         self.device.counters = *counters;
-        // Field by field: it is large, and made in its place.
+        // Field by field: it is large, and is not to be copied.
         let snapshot = &mut self.device.snapshot;
         snapshot.estimate = *estimate;
         snapshot.temperature = temperature;
@@ -415,16 +358,15 @@ impl Node {
                     }
                 }
             }
-            self.asked = 0;
+            self.requested = 0;
         }
         if let Some(heartbeat) = self.heartbeat(id) {
             send(heartbeat);
         }
-        let tellable = self.device.faults.without_all(self.withheld);
-        let untold = tellable.without_all(self.told);
-        if !untold.is_empty()
-            && let Some(fault) = untold.iter().next()
-            && let Some(emergency) = self.tell(fault)
+        let unreported = self.unreported();
+        if !unreported.is_empty()
+            && let Some(fault) = unreported.iter().next()
+            && let Some(emergency) = self.report(fault)
         {
             send(emergency);
         }
@@ -450,7 +392,7 @@ impl Node {
     fn is_due(&self, pdo: Pdo) -> bool {
         match self.device.settings.trigger(pdo) {
             Trigger::Off => false,
-            Trigger::Sync(_) => self.asked & 1 << pdo as u8 != 0,
+            Trigger::Sync(_) => self.requested & 1 << pdo as u8 != 0,
             // Each at its own phase, so that slow frames do not come all on one tick.
             Trigger::Ticks(period) => {
                 let period = u32::from(period).max(1);
@@ -493,7 +435,7 @@ impl Node {
             if let Trigger::Sync(every) = self.device.settings.trigger(pdo)
                 && self.syncs.is_multiple_of(u32::from(every))
             {
-                self.asked |= 1 << pdo as u8;
+                self.requested |= 1 << pdo as u8;
             }
         }
         Some(Event::Sync(data.first().copied()))
@@ -513,7 +455,7 @@ impl Node {
         let (true, Some(request)) = (served, frame.data8()) else {
             return Outcome::default();
         };
-        self.device.storing = self.waiting != Waiting::Nobody;
+        self.device.storing = self.waiting != Waiting::None;
         let answer = self.sdo.handle(request, &mut self.device);
         let event = self.take_event();
         if matches!(
@@ -550,76 +492,8 @@ impl Node {
             event: load.map(Event::Load),
         }
     }
-
-    fn receive_lss(&mut self, frame: &CanFrame) -> Outcome {
-        let Some(request) = frame.data8() else {
-            return Outcome::default();
-        };
-        let [service, ..] = *request;
-        let configuring = self.lss.state() == LssState::Configuration;
-        if configuring {
-            let refused = |error, specific| Outcome {
-                reply: Some(CanFrame::of(
-                    lss::LSS_SLAVE_COB_ID,
-                    [service, error, specific, 0, 0, 0, 0, 0],
-                )),
-                event: None,
-            };
-            match service {
-                // 255: refused for a reason of this device's own.
-                LSS_CONFIGURE_NODE_ID if self.device.settings.is_locked() => {
-                    return refused(255, 1);
-                }
-                // 1: not supported. The bit rate is a setting (0x2002).
-                LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
-                // 2: the storage media could not be accessed, which another store has just now.
-                LSS_STORE if self.waiting != Waiting::Nobody => return refused(2, 0),
-                LSS_STORE => {
-                    self.waiting = Waiting::Lss;
-                    return event(Some(Event::Store));
-                }
-                _ => {}
-            }
-        }
-        let answer = self.lss.handle(request);
-        let accepted = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]));
-        let mut event = None;
-        if accepted {
-            // In the settings too, so that whoever stores them stores it.
-            let id = NodeId::new(self.lss.pending_node_id());
-            self.given = Some(id);
-            let set = self.device.settings.set(NODE_ID, id_setting(id));
-            event = set.is_ok().then_some(Event::Changed(NODE_ID));
-        }
-        // A node without an id boots as soon as it has one and the configuration is over (CiA 305).
-        let left = configuring && self.lss.state() == LssState::Waiting;
-        if left && self.device.id.is_none() && matches!(self.given, Some(Some(_))) {
-            event = Some(Event::ResetCommunication);
-        }
-        Outcome {
-            reply: answer.map(|answer| CanFrame::of(lss::LSS_SLAVE_COB_ID, answer)),
-            event,
-        }
-    }
 }
 
 fn event(event: Option<Event>) -> Outcome {
     Outcome { reply: None, event }
-}
-
-const NODE_ID: Address = Address::new(index::NODE_ID, 0);
-
-/// The setting that stands for this id.
-fn id_setting(id: Option<NodeId>) -> Value {
-    Value::U8(id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
-}
-
-fn lss_slave(id: Option<NodeId>, serial: u32) -> LssSlave {
-    let address = LssAddress {
-        vendor_id: VENDOR_ID,
-        product_code: PRODUCT_CODE,
-        revision_number: REVISION,
-        serial_number: serial,
-    };
-    LssSlave::new(address, id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
 }

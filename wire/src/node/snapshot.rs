@@ -1,5 +1,5 @@
 //! Process data as of one tick. Most frames are due on few ticks, so what a tick leaves is the
-//! estimate, and a frame is made of it when it is due or when somebody reads one of its objects.
+//! estimate, and a frame is made of it when it is due or one of its objects is read.
 
 use estimator_core::ContactEstimate;
 

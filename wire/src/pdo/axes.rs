@@ -1,15 +1,11 @@
 //! TPDO2: the probability of each axis.
-//!
-//! | bytes | field |
-//! |---|---|
-//! | 0 to 5 | P(ax), P(ay), P(az), P(wx), P(wy), P(wz), each 0 to 255 for 0 to 1 |
-//! | 6, 7 | the sample's time, 10 µs, modulo 2¹⁶ |
 
 use estimator_core::{ContactEstimate, PerAxis};
 
-use super::{Mapped, P8, ShortTime, Signal, TIMESTAMP};
-use crate::dictionary::index;
+use super::{Field, P8, ShortTime, Signal, TIMESTAMP};
+use crate::address::index;
 use crate::fault::Faults;
+use crate::value::Value;
 
 /// The contents of TPDO2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,26 +51,23 @@ impl Axes {
     }
 }
 
-pub(super) const MAPPING: &[Mapped] = &[
-    Mapped::new(index::AXES, 1, 8),
-    Mapped::new(index::AXES, 2, 8),
-    Mapped::new(index::AXES, 3, 8),
-    Mapped::new(index::AXES, 4, 8),
-    Mapped::new(index::AXES, 5, 8),
-    Mapped::new(index::AXES, 6, 8),
+/// The probability of an axis.
+const fn axis(subindex: u8, name: &'static str, signals: &'static [Signal]) -> Field {
+    Field::new(index::AXES, subindex, name, Value::U8(0), signals).unit("1/255")
+}
+
+const fn signal(name: &'static str) -> Signal {
+    Signal::probability(name, 8, "Probability that the axis rests. 0 with a fault.")
+}
+
+pub(super) const FIELDS: [Field; 7] = [
+    axis(1, "P(ax)", &[signal("ProbabilityAx")]),
+    axis(2, "P(ay)", &[signal("ProbabilityAy")]),
+    axis(3, "P(az)", &[signal("ProbabilityAz")]),
+    axis(4, "P(wx)", &[signal("ProbabilityWx")]),
+    axis(5, "P(wy)", &[signal("ProbabilityWy")]),
+    axis(6, "P(wz)", &[signal("ProbabilityWz")]),
     TIMESTAMP,
-];
-
-const COMMENT: &str = "Probability that the axis rests. 0 with a fault.";
-
-pub(super) const SIGNALS: &[Signal] = &[
-    Signal::probability("ProbabilityAx", 0, 8, COMMENT),
-    Signal::probability("ProbabilityAy", 8, 8, COMMENT),
-    Signal::probability("ProbabilityAz", 16, 8, COMMENT),
-    Signal::probability("ProbabilityWx", 24, 8, COMMENT),
-    Signal::probability("ProbabilityWy", 32, 8, COMMENT),
-    Signal::probability("ProbabilityWz", 40, 8, COMMENT),
-    Signal::timestamp(48),
 ];
 
 #[cfg(test)]

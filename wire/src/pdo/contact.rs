@@ -1,19 +1,11 @@
 //! TPDO1: the contact, each tick.
-//!
-//! | bytes | field |
-//! |---|---|
-//! | 0, 1 | probability of stable contact, 0 to 65535 for 0 to 1 |
-//! | 2 | probability of no motion along the ground, 0 to 255 for 0 to 1 |
-//! | 3 | probability of no lifting and tilting, 0 to 255 for 0 to 1 |
-//! | 4, 5 | the sample's time, 10 µs, modulo 2¹⁶ |
-//! | 6 | sequence, one more with each frame, sent or dropped, modulo 2⁸ |
-//! | 7 | status, [`Status`] |
 
 use estimator_core::{ContactEstimate, Decision, Flag, Flags, Phase};
 
-use super::{Mapped, P8, P16, ShortTime, Signal, TIMESTAMP};
-use crate::dictionary::index;
+use super::{Field, P8, P16, ShortTime, Signal, TIMESTAMP};
+use crate::address::index;
 use crate::fault::Faults;
+use crate::value::Value;
 
 /// The status byte.
 ///
@@ -26,7 +18,7 @@ use crate::fault::Faults;
 /// | 6 | fault: the sensor cannot be believed |
 /// | 7 | starting: the window is not full, or up is not yet known |
 ///
-/// A status that is not valid never says "stable", whoever made it and whatever bits came in:
+/// A status that is not valid never says "stable", however it was made and whatever bits came in:
 /// neither as decision nor as a phase that rests on one. With a fault the phase is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
@@ -70,7 +62,7 @@ impl Status {
         if !status.is_valid() {
             status.0 &= !DECISION;
             let rests = matches!(status.phase(), Phase::Stance | Phase::QuietSwing);
-            // With a fault nobody knows whether the foot moves either.
+            // With a fault it is not known either whether the foot moves.
             if rests || status.has_fault() {
                 status.0 = status.0 & !PHASE | Phase::Unknown as u8;
             }
@@ -206,15 +198,6 @@ impl Contact {
     }
 }
 
-pub(super) const MAPPING: &[Mapped] = &[
-    Mapped::new(index::CONTACT, 1, 16),
-    Mapped::new(index::CONTACT, 2, 8),
-    Mapped::new(index::CONTACT, 3, 8),
-    TIMESTAMP,
-    Mapped::new(index::CONTACT, 5, 8),
-    Mapped::new(index::CONTACT, 6, 8),
-];
-
 /// The names of the phases, by their codes.
 const PHASES: &[(u8, &str)] = &[
     (0, Phase::Unknown.name()),
@@ -224,68 +207,94 @@ const PHASES: &[(u8, &str)] = &[
     (4, Phase::QuietSwing.name()),
 ];
 
-pub(super) const SIGNALS: &[Signal] = &[
-    Signal::probability(
-        "StableContactProbability",
-        0,
-        16,
-        "Probability that the foot is in stable contact. 0 with a fault.",
-    ),
-    Signal::probability(
-        "TangentialProbability",
-        16,
-        8,
-        "Probability of no motion along the ground. 0 with a fault.",
-    ),
-    Signal::probability(
-        "VerticalProbability",
-        24,
-        8,
-        "Probability of no lifting and no tilting. 0 with a fault.",
-    ),
-    Signal::timestamp(32),
-    Signal::unsigned(
-        "Sequence",
-        48,
-        8,
-        1.0,
-        "",
-        "One more with each frame, sent or dropped; wraps after 255.",
-    ),
-    Signal::named(
-        "State",
-        56,
-        3,
-        PHASES,
-        "Phase of the gait; unknown without a load signal or in doubt.",
-    ),
-    Signal::named(
-        "Decision",
-        59,
+pub(super) const FIELDS: [Field; 6] = [
+    Field::new(
+        index::CONTACT,
         1,
-        &[(0, "not_stable"), (1, "stable")],
-        "Debounced decision; stable only where Valid is yes.",
+        "Stable contact probability",
+        Value::U16(0),
+        &[Signal::probability(
+            "StableContactProbability",
+            16,
+            "Probability that the foot is in stable contact. 0 with a fault.",
+        )],
+    )
+    .unit("1/65535"),
+    Field::new(
+        index::CONTACT,
+        2,
+        "Tangential probability",
+        Value::U8(0),
+        &[Signal::probability(
+            "TangentialProbability",
+            8,
+            "Probability of no motion along the ground. 0 with a fault.",
+        )],
+    )
+    .unit("1/255"),
+    Field::new(
+        index::CONTACT,
+        3,
+        "Vertical probability",
+        Value::U8(0),
+        &[Signal::probability(
+            "VerticalProbability",
+            8,
+            "Probability of no lifting and no tilting. 0 with a fault.",
+        )],
+    )
+    .unit("1/255"),
+    TIMESTAMP,
+    Field::new(
+        index::CONTACT,
+        5,
+        "Sequence",
+        Value::U8(0),
+        &[Signal::unsigned(
+            "Sequence",
+            8,
+            1.0,
+            "",
+            "One more with each frame, sent or dropped; wraps after 255.",
+        )],
     ),
-    Signal::flag(
-        "Valid",
-        60,
-        "Nothing is in doubt: no flag but a time gap, and no fault.",
-    ),
-    Signal::flag(
-        "Saturated",
-        61,
-        "The newest sample is at the end of the sensor's range.",
-    ),
-    Signal::flag(
-        "Fault",
-        62,
-        "The sensor cannot be believed; the EMCY message says why.",
-    ),
-    Signal::flag(
-        "Starting",
-        63,
-        "The window is not full, or up is not yet known.",
-    ),
+    Field::new(
+        index::CONTACT,
+        6,
+        "Status",
+        Value::U8(0),
+        &[
+            Signal::named(
+                "State",
+                3,
+                PHASES,
+                "Phase of the gait; unknown without a load signal or in doubt.",
+            ),
+            Signal::named(
+                "Decision",
+                1,
+                &[(0, "not_stable"), (1, "stable")],
+                "Debounced decision; stable only where Valid is yes.",
+            ),
+            Signal::flag(
+                "Valid",
+                "Nothing is in doubt: no flag but a time gap, and no fault.",
+            ),
+            Signal::flag(
+                "Saturated",
+                "The newest sample is at the end of the sensor's range.",
+            ),
+            Signal::flag(
+                "Fault",
+                "The sensor cannot be believed; the EMCY message says why.",
+            ),
+            Signal::flag(
+                "Starting",
+                "The window is not full, or up is not yet known.",
+            ),
+        ],
+    )
+    .doc("bits as in TPDO1"),
 ];
 
 #[cfg(test)]

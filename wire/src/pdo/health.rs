@@ -1,14 +1,6 @@
 //! TPDO7: health, and the foot's clock at the last SYNC.
 //!
-//! | bytes | field |
-//! |---|---|
-//! | 0 | the estimator's flags: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap, 6 settling |
-//! | 1 | error register (object 0x1001) |
-//! | 2 | frames dropped before they got onto CAN or UART, modulo 2⁸ |
-//! | 3 | the counter of the last SYNC; 0 where it had none, and before the first |
-//! | 4 to 7 | the foot's clock when that SYNC came, 10 µs, modulo 2³²; 0 before the first |
-//!
-//! A SYNC reaches all feet at the same moment: where two feet tell of the same SYNC, the
+//! A SYNC reaches all feet at the same moment: where two feet report the same SYNC, the
 //! difference of their bytes 4 to 7 is the difference of their clocks. Which SYNC it was, byte 3
 //! says, so the master has to number its SYNCs (object 0x1019 of the master). Bytes 4 and 5 are
 //! the [`ShortTime`](super::ShortTime) of that moment, so the samples of both feet are on one
@@ -16,8 +8,9 @@
 
 use estimator_core::{Flag, Flags};
 
-use super::{LongTime, Mapped, Signal};
-use crate::dictionary::index;
+use super::{Field, LongTime, Signal};
+use crate::address::index;
+use crate::value::Value;
 
 /// The contents of TPDO7.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,59 +76,88 @@ impl Health {
     }
 }
 
-pub(super) const MAPPING: &[Mapped] = &[
-    Mapped::new(index::HEALTH, 1, 8),
-    Mapped::new(index::ERROR_REGISTER, 0, 8),
-    Mapped::new(index::HEALTH, 2, 8),
-    Mapped::new(index::HEALTH, 3, 8),
-    Mapped::new(index::HEALTH, 4, 32),
-];
-
-pub(super) const SIGNALS: &[Signal] = &[
-    Signal::flag("WindowNotFull", 0, "Fewer samples than the window holds."),
-    Signal::flag("AttitudeNotInitialised", 1, "Up is not yet known."),
-    Signal::flag(
-        "SampleSaturated",
+pub(super) const FIELDS: [Field; 5] = [
+    Field::new(
+        index::HEALTH,
+        1,
+        "Flags",
+        Value::U8(0),
+        &[
+            Signal::flag("WindowNotFull", "Fewer samples than the window holds."),
+            Signal::flag("AttitudeNotInitialised", "Up is not yet known."),
+            Signal::flag(
+                "SampleSaturated",
+                "The newest sample is at the end of the sensor's range.",
+            ),
+            Signal::flag("Stale", "The newest sample repeats an earlier one."),
+            Signal::flag("InvalidSample", "The newest sample cannot be used."),
+            Signal::flag(
+                "TimeGap",
+                "More than one and a half periods since the sample before.",
+            ),
+            Signal::flag(
+                "Settling",
+                "The foot has not learnt enough of its stillness and motion yet; a few steps end that.",
+            ),
+        ],
+    )
+    .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap"),
+    Field::new(
+        index::ERROR_REGISTER,
+        0,
+        "Error register",
+        Value::U8(0),
+        &[Signal::unsigned(
+            "ErrorRegister",
+            8,
+            1.0,
+            "",
+            "Object 0x1001 of CiA 301.",
+        )],
+    ),
+    Field::new(
+        index::HEALTH,
         2,
-        "The newest sample is at the end of the sensor's range.",
-    ),
-    Signal::flag("Stale", 3, "The newest sample repeats an earlier one."),
-    Signal::flag("InvalidSample", 4, "The newest sample cannot be used."),
-    Signal::flag(
-        "TimeGap",
-        5,
-        "More than one and a half periods since the sample before.",
-    ),
-    Signal::flag(
-        "Settling",
-        6,
-        "The foot has not learnt enough of its stillness and motion yet; a few steps end that.",
-    ),
-    Signal::unsigned("ErrorRegister", 8, 8, 1.0, "", "Object 0x1001 of CiA 301."),
-    Signal::unsigned(
-        "Dropped",
-        16,
-        8,
-        1.0,
-        "",
-        "Frames replaced by newer ones before they got onto CAN or UART; wraps after 255.",
-    ),
-    Signal::unsigned(
-        "SyncCounter",
-        24,
-        8,
-        1.0,
-        "",
-        "The counter of the last SYNC; 0 where it had none, and before the first.",
-    ),
-    Signal::unsigned(
-        "SyncTime",
-        32,
-        32,
-        super::TIME_STEP_US as f64 / 1000.0,
-        "ms",
-        "The foot's clock when the SYNC of SyncCounter came; 0 before the first. Modulo 655.36 ms it is a Timestamp.",
-    ),
+        "Dropped frames",
+        Value::U8(0),
+        &[Signal::unsigned(
+            "Dropped",
+            8,
+            1.0,
+            "",
+            "Frames replaced by newer ones before they got onto CAN or UART; wraps after 255.",
+        )],
+    )
+    .doc("modulo 256; all of them in 0x2112"),
+    Field::new(
+        index::HEALTH,
+        3,
+        "Counter of the last SYNC",
+        Value::U8(0),
+        &[Signal::unsigned(
+            "SyncCounter",
+            8,
+            1.0,
+            "",
+            "The counter of the last SYNC; 0 where it had none, and before the first.",
+        )],
+    )
+    .doc("0: it had none"),
+    Field::new(
+        index::HEALTH,
+        4,
+        "Time of the last SYNC",
+        Value::U32(0),
+        &[Signal::unsigned(
+            "SyncTime",
+            32,
+            super::TIME_STEP_US as f64 / 1000.0,
+            "ms",
+            "The foot's clock when the SYNC of SyncCounter came; 0 before the first. Modulo 655.36 ms it is a Timestamp.",
+        )],
+    )
+    .unit("10 µs")
+    .doc("on the foot's clock; the low 16 bits are a timestamp of 0x2100:4"),
 ];
 
 #[cfg(test)]
@@ -160,13 +182,11 @@ mod tests {
 
     #[test]
     fn the_first_signals_are_the_flags_in_their_order() {
-        for (i, flag) in Flag::ALL.into_iter().enumerate() {
-            let name: std::string::String = (SIGNALS[i].name.chars())
-                .filter(|c| !c.is_whitespace())
-                .collect();
-            let flag = flag.name().replace('_', "");
+        let signals = super::super::Pdo::Health.signals();
+        for (i, (flag, (_, signal))) in Flag::ALL.into_iter().zip(signals).enumerate() {
+            let (name, flag) = (signal.name, flag.name().replace('_', ""));
             assert!(name.to_lowercase().ends_with(&flag), "{name} is not {flag}");
-            assert_eq!(usize::from(SIGNALS[i].start), i);
+            assert_eq!(usize::from(signal.start), i);
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Process data: what a foot sends of itself, one file a frame.
+//! Process data: what a foot sends of itself, one file a frame, in which one row says everything of a
+//! field: object, mapping, signals, text.
 //!
 //! The identifiers follow the predefined connection set of CiA 301. It has four TPDOs; the other
 //! three use the identifiers of RPDO2 to RPDO4, which this device does not have. Everything is
@@ -6,14 +7,17 @@
 
 mod axes;
 mod contact;
+mod field;
 mod health;
 mod load;
 mod motion;
 mod quantity;
 mod signal;
+mod time;
 
 pub use axes::Axes;
 pub use contact::{Contact, Status};
+pub use field::Field;
 pub use health::{Health, LastSync};
 pub use load::Load;
 pub use motion::{Acceleration, Attitude, Bias, Rate};
@@ -21,75 +25,106 @@ pub use quantity::{
     ACCELERATION_STEP, BIAS_STEP, P8, P16, Quantity, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP,
 };
 pub use signal::{Kind, Signal};
-
-use crate::dictionary::{Address, index};
-use crate::foot::NodeId;
-
-mod time;
 pub use time::{LongTime, ShortTime, TIME_STEP_US, Unwrapper};
 
-/// A transmit PDO.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pdo {
+use crate::address::{Address, index};
+use crate::foot::NodeId;
+use crate::value::Value;
+
+/// The enumeration and what is said of each frame, from one row per frame: its name, function code,
+/// period in ms, rows, title and comment.
+macro_rules! pdos {
+    ($($(#[$doc:meta])* $variant:ident = $base:literal, $period:literal ms, $fields:path, $title:literal, $about:literal;)*) => {
+        /// A transmit PDO.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Pdo {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Pdo {
+            /// All transmit PDOs, TPDO1 first.
+            pub const ALL: [Self; [$(stringify!($variant)),*].len()] = [$(Self::$variant),*];
+
+            /// The name in DBC messages, after the foot's: `FL_Contact`.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => stringify!($variant),)*
+                }
+            }
+
+            /// The function code: the identifier without the node id.
+            #[must_use]
+            pub const fn base(self) -> u16 {
+                match self {
+                    $(Self::$variant => $base,)*
+                }
+            }
+
+            /// Sent every N ms, unless set otherwise.
+            #[must_use]
+            pub const fn default_period_ms(self) -> u16 {
+                match self {
+                    $(Self::$variant => $period,)*
+                }
+            }
+
+            /// What it is, for the dictionary.
+            #[must_use]
+            pub const fn title(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $title,)*
+                }
+            }
+
+            /// What it holds, for the DBC.
+            #[must_use]
+            pub const fn about(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $about,)*
+                }
+            }
+
+            /// The rows of the frame, in their order.
+            #[must_use]
+            pub const fn fields(self) -> &'static [Field] {
+                match self {
+                    $(Self::$variant => &$fields,)*
+                }
+            }
+
+            /// The objects in the frame, in their order.
+            #[must_use]
+            pub const fn mapping(self) -> &'static [Mapped] {
+                match self {
+                    $(Self::$variant => const { &field::mapping(&$fields) },)*
+                }
+            }
+        }
+    };
+}
+
+pdos! {
     /// TPDO1: [`Contact`].
-    Contact,
+    Contact = 0x180, 1 ms, contact::FIELDS, "contact", "contact, each tick.";
     /// TPDO2: [`Axes`].
-    Axes,
+    Axes = 0x280, 20 ms, axes::FIELDS, "axes", "probability of each axis.";
     /// TPDO3: [`Attitude`].
-    Attitude,
+    Attitude = 0x380, 20 ms, motion::ATTITUDE, "attitude", "orientation.";
     /// TPDO4: [`Acceleration`].
-    Acceleration,
+    Acceleration = 0x480, 20 ms, motion::ACCELERATION, "acceleration", "acceleration without gravity.";
     /// TPDO5: [`Rate`].
-    Rate,
+    Rate = 0x300, 20 ms, motion::RATE, "rate", "angular rate without bias.";
     /// TPDO6: [`Bias`].
-    Bias,
+    Bias = 0x400, 1000 ms, motion::BIAS, "bias and temperature", "gyroscope bias and temperature.";
     /// TPDO7: [`Health`].
-    Health,
+    Health = 0x500, 100 ms, health::FIELDS, "health", "flags, errors, drops and the clock.";
 }
 
 /// How many transmit PDOs there are.
 pub const PDOS: usize = Pdo::ALL.len();
 
 impl Pdo {
-    /// All transmit PDOs, TPDO1 first.
-    pub const ALL: [Self; 7] = [
-        Self::Contact,
-        Self::Axes,
-        Self::Attitude,
-        Self::Acceleration,
-        Self::Rate,
-        Self::Bias,
-        Self::Health,
-    ];
-
-    /// The name in DBC messages, after the foot's: `FL_Contact`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Contact => "Contact",
-            Self::Axes => "Axes",
-            Self::Attitude => "Attitude",
-            Self::Acceleration => "Acceleration",
-            Self::Rate => "Rate",
-            Self::Bias => "Bias",
-            Self::Health => "Health",
-        }
-    }
-
-    /// The function code: the identifier without the node id.
-    #[must_use]
-    pub const fn base(self) -> u16 {
-        match self {
-            Self::Contact => 0x180,
-            Self::Axes => 0x280,
-            Self::Attitude => 0x380,
-            Self::Acceleration => 0x480,
-            Self::Rate => 0x300,
-            Self::Bias => 0x400,
-            Self::Health => 0x500,
-        }
-    }
-
     /// The identifier of this frame of `node`.
     #[must_use]
     pub const fn cob_id(self, node: NodeId) -> u16 {
@@ -104,43 +139,9 @@ impl Pdo {
         Some((pdo, node))
     }
 
-    /// Sent every so many ms, unless set otherwise.
-    #[must_use]
-    pub const fn default_period_ms(self) -> u16 {
-        match self {
-            Self::Contact => 1,
-            Self::Axes | Self::Attitude | Self::Acceleration | Self::Rate => 20,
-            Self::Bias => 1000,
-            Self::Health => 100,
-        }
-    }
-
-    /// The objects in the frame, in their order.
-    #[must_use]
-    pub const fn mapping(self) -> &'static [Mapped] {
-        match self {
-            Self::Contact => contact::MAPPING,
-            Self::Axes => axes::MAPPING,
-            Self::Attitude => motion::ATTITUDE_MAPPING,
-            Self::Acceleration => motion::ACCELERATION_MAPPING,
-            Self::Rate => motion::RATE_MAPPING,
-            Self::Bias => motion::BIAS_MAPPING,
-            Self::Health => health::MAPPING,
-        }
-    }
-
-    /// The frame's fields as a DBC describes them.
-    #[must_use]
-    pub const fn signals(self) -> &'static [Signal] {
-        match self {
-            Self::Contact => contact::SIGNALS,
-            Self::Axes => axes::SIGNALS,
-            Self::Attitude => motion::ATTITUDE_SIGNALS,
-            Self::Acceleration => motion::ACCELERATION_SIGNALS,
-            Self::Rate => motion::RATE_SIGNALS,
-            Self::Bias => motion::BIAS_SIGNALS,
-            Self::Health => health::SIGNALS,
-        }
+    /// The frame's signals as a DBC describes them, each with the row that it belongs to.
+    pub fn signals(self) -> impl Iterator<Item = (Field, Signal)> {
+        field::signals(self.fields())
     }
 }
 
@@ -168,8 +169,22 @@ impl Mapped {
     }
 }
 
-/// Where the sample's short timestamp stands, which most frames carry.
-const TIMESTAMP: Mapped = Mapped::new(index::CONTACT, 4, 16);
+/// The sample's short timestamp, which most frames carry.
+const TIMESTAMP: Field = Field::new(
+    index::CONTACT,
+    4,
+    "Timestamp",
+    Value::U16(0),
+    &[Signal::unsigned(
+        "Timestamp",
+        16,
+        TIME_STEP_US as f64 / 1000.0,
+        "ms",
+        "When the sample was acquired, on the foot's clock; wraps every 655.36 ms.",
+    )],
+)
+.unit("10 µs")
+.doc("of the sample; wraps every 655.36 ms");
 
 #[cfg(test)]
 mod tests {
@@ -187,6 +202,19 @@ mod tests {
         assert_eq!(Pdo::from_cob_id(0x180), None);
         assert_eq!(Pdo::from_cob_id(0x711), None);
         assert_eq!(Pdo::from_cob_id(0x80), None);
+    }
+
+    #[test]
+    fn signals_fill_their_fields_and_no_more() {
+        for pdo in Pdo::ALL {
+            for field in pdo.fields() {
+                let bits = 8 * field.zero.data_type().size().expect("a number");
+                let used: u8 = field.signals.iter().map(|signal| signal.length).sum();
+                // Bit 7 of the estimator's flags stands for none.
+                let spare = usize::from(field.name == "Flags");
+                assert_eq!(usize::from(used) + spare, bits, "{}", field.name);
+            }
+        }
     }
 
     #[test]

@@ -2,24 +2,19 @@
 //!
 //! All are signed 16-bit codes times a step; −32768 means "no value".
 //!
-//! | frame | bytes 0 to 5 | bytes 6, 7 |
-//! |---|---|---|
-//! | TPDO4 acceleration | x, y, z without gravity, 0.01 m/s² | the sample's time, 10 µs, modulo 2¹⁶ |
-//! | TPDO5 rate | x, y, z without bias, 0.00125 rad/s | the sample's time, 10 µs, modulo 2¹⁶ |
-//! | TPDO6 bias | x, y, z of the gyroscope, 0.00001 rad/s | the sensor's temperature, 0.01 °C |
-//!
 //! TPDO3, attitude, has no room for a time: w, x, y, z in 1/32767, of the sample whose TPDO1 the
 //! foot sent last.
 
 use estimator_core::{ContactEstimate, Flag, Quaternion, Vec3};
 
-use super::signal::{ACCELERATION_UNIT, RATE_UNIT, UNIT};
+use super::signal::{ACCELERATION_UNIT, RATE_UNIT};
 use super::{
-    ACCELERATION_STEP, BIAS_STEP, Mapped, Quantity, RATE_STEP, ShortTime, Signal, TEMPERATURE_STEP,
+    ACCELERATION_STEP, BIAS_STEP, Field, Quantity, RATE_STEP, ShortTime, Signal, TEMPERATURE_STEP,
     TIMESTAMP, UNIT_STEP,
 };
-use crate::dictionary::index;
+use crate::address::index;
 use crate::fault::Faults;
+use crate::value::Value;
 
 /// Four words as bytes.
 fn words([a, b, c, d]: [u16; 4]) -> [u8; 8] {
@@ -33,7 +28,7 @@ fn from_bytes([a0, a1, b0, b1, c0, c1, d0, d1]: [u8; 8]) -> [u16; 4] {
     [[a0, a1], [b0, b1], [c0, c1], [d0, d1]].map(u16::from_le_bytes)
 }
 
-/// Whether anybody knows how the foot moves: no fault of the sensor voids the estimate, up is
+/// Whether the motion of the foot is known: no fault of the sensor voids the estimate, up is
 /// known, and the newest sample is one.
 fn is_known(estimate: &ContactEstimate, faults: Faults) -> bool {
     let unknown = [
@@ -223,88 +218,95 @@ impl Bias {
     }
 }
 
-const fn words_of<const N: usize>(index: u16, mut mapping: [Mapped; N]) -> [Mapped; N] {
-    let mut i = 0;
-    while i < N {
-        if let Some(mapped) = mapping.split_at_mut(i).1.first_mut() {
-            *mapped = Mapped::new(index, i as u8 + 1, 16);
-        }
-        i += 1;
+/// A quantity in 16 bits: its step as text and as a number.
+const fn quantity(
+    index: u16,
+    subindex: u8,
+    name: &'static str,
+    step: &'static str,
+    signals: &'static [Signal],
+) -> Field {
+    Field::new(index, subindex, name, Value::I16(0), signals).unit(step)
+}
+
+pub(super) const ATTITUDE: [Field; 4] = {
+    const fn part(subindex: u8, name: &'static str, signals: &'static [Signal]) -> Field {
+        quantity(index::ATTITUDE, subindex, name, "1/32767", signals)
     }
-    mapping
-}
+    const fn signal(name: &'static str) -> Signal {
+        Signal::quantity(
+            name,
+            UNIT_STEP,
+            "",
+            "Orientation quaternion (Hamilton), sensor to world, z up, heading arbitrary; of the sample of the Contact message before it.",
+        )
+    }
+    [
+        part(1, "w", &[signal("QuaternionW")]),
+        part(2, "x", &[signal("QuaternionX")]),
+        part(3, "y", &[signal("QuaternionY")]),
+        part(4, "z", &[signal("QuaternionZ")]),
+    ]
+};
 
-pub(super) const ATTITUDE_MAPPING: &[Mapped] = &words_of(index::ATTITUDE, [TIMESTAMP; 4]);
+pub(super) const ACCELERATION: [Field; 4] = {
+    const fn along(subindex: u8, name: &'static str, signals: &'static [Signal]) -> Field {
+        quantity(index::ACCELERATION, subindex, name, "0.01 m/s²", signals)
+    }
+    const fn signal(name: &'static str) -> Signal {
+        let about = "Acceleration without gravity, sensor frame.";
+        Signal::quantity(name, ACCELERATION_STEP, ACCELERATION_UNIT, about)
+    }
+    [
+        along(1, "x", &[signal("AccelerationX")]),
+        along(2, "y", &[signal("AccelerationY")]),
+        along(3, "z", &[signal("AccelerationZ")]),
+        TIMESTAMP,
+    ]
+};
 
-const fn vector_and(index: u16, last: Mapped) -> [Mapped; 4] {
-    let [x, y, z] = words_of(index, [TIMESTAMP; 3]);
-    [x, y, z, last]
-}
+pub(super) const RATE: [Field; 4] = {
+    const fn about(subindex: u8, name: &'static str, signals: &'static [Signal]) -> Field {
+        quantity(index::RATE, subindex, name, "0.00125 rad/s", signals)
+    }
+    const fn signal(name: &'static str) -> Signal {
+        let about = "Angular rate without bias, sensor frame.";
+        Signal::quantity(name, RATE_STEP, RATE_UNIT, about)
+    }
+    [
+        about(1, "x", &[signal("RateX")]),
+        about(2, "y", &[signal("RateY")]),
+        about(3, "z", &[signal("RateZ")]),
+        TIMESTAMP,
+    ]
+};
 
-pub(super) const ACCELERATION_MAPPING: &[Mapped] = &vector_and(index::ACCELERATION, TIMESTAMP);
-pub(super) const RATE_MAPPING: &[Mapped] = &vector_and(index::RATE, TIMESTAMP);
-pub(super) const BIAS_MAPPING: &[Mapped] =
-    &vector_and(index::BIAS, Mapped::new(index::TEMPERATURE, 0, 16));
-
-const ORIENTATION: &str = "Orientation quaternion (Hamilton), sensor to world, z up, heading arbitrary; of the sample of the Contact message before it.";
-
-pub(super) const ATTITUDE_SIGNALS: &[Signal] = &[
-    Signal::quantity("QuaternionW", 0, UNIT, "", ORIENTATION),
-    Signal::quantity("QuaternionX", 16, UNIT, "", ORIENTATION),
-    Signal::quantity("QuaternionY", 32, UNIT, "", ORIENTATION),
-    Signal::quantity("QuaternionZ", 48, UNIT, "", ORIENTATION),
-];
-
-const ACCELERATED: &str = "Acceleration without gravity, sensor frame.";
-
-pub(super) const ACCELERATION_SIGNALS: &[Signal] = &[
-    Signal::quantity(
-        "AccelerationX",
-        0,
-        ACCELERATION_STEP,
-        ACCELERATION_UNIT,
-        ACCELERATED,
-    ),
-    Signal::quantity(
-        "AccelerationY",
-        16,
-        ACCELERATION_STEP,
-        ACCELERATION_UNIT,
-        ACCELERATED,
-    ),
-    Signal::quantity(
-        "AccelerationZ",
-        32,
-        ACCELERATION_STEP,
-        ACCELERATION_UNIT,
-        ACCELERATED,
-    ),
-    Signal::timestamp(48),
-];
-
-const TURNING: &str = "Angular rate without bias, sensor frame.";
-
-pub(super) const RATE_SIGNALS: &[Signal] = &[
-    Signal::quantity("RateX", 0, RATE_STEP, RATE_UNIT, TURNING),
-    Signal::quantity("RateY", 16, RATE_STEP, RATE_UNIT, TURNING),
-    Signal::quantity("RateZ", 32, RATE_STEP, RATE_UNIT, TURNING),
-    Signal::timestamp(48),
-];
-
-const BIASED: &str = "Estimated bias of the gyroscope, sensor frame.";
-
-pub(super) const BIAS_SIGNALS: &[Signal] = &[
-    Signal::quantity("BiasX", 0, BIAS_STEP, RATE_UNIT, BIASED),
-    Signal::quantity("BiasY", 16, BIAS_STEP, RATE_UNIT, BIASED),
-    Signal::quantity("BiasZ", 32, BIAS_STEP, RATE_UNIT, BIASED),
-    Signal::quantity(
-        "Temperature",
-        48,
-        TEMPERATURE_STEP,
-        "degC",
-        "Temperature of the sensor.",
-    ),
-];
+pub(super) const BIAS: [Field; 4] = {
+    const fn about(subindex: u8, name: &'static str, signals: &'static [Signal]) -> Field {
+        quantity(index::BIAS, subindex, name, "0.00001 rad/s", signals)
+    }
+    const fn signal(name: &'static str) -> Signal {
+        let about = "Estimated bias of the gyroscope, sensor frame.";
+        Signal::quantity(name, BIAS_STEP, RATE_UNIT, about)
+    }
+    [
+        about(1, "x", &[signal("BiasX")]),
+        about(2, "y", &[signal("BiasY")]),
+        about(3, "z", &[signal("BiasZ")]),
+        quantity(
+            index::TEMPERATURE,
+            0,
+            "Sensor temperature",
+            "0.01 °C",
+            &[Signal::quantity(
+                "Temperature",
+                TEMPERATURE_STEP,
+                "degC",
+                "Temperature of the sensor.",
+            )],
+        ),
+    ]
+};
 
 #[cfg(test)]
 mod tests {

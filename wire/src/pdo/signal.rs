@@ -1,7 +1,5 @@
 //! Fields of a frame as a DBC describes them.
 
-use super::quantity;
-
 /// How a signal's bits are read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
@@ -24,7 +22,8 @@ pub enum Kind {
 pub struct Signal {
     /// The name in the DBC.
     pub name: &'static str,
-    /// The lowest bit; bit 8 is the lowest of byte 1.
+    /// The lowest bit in the frame; bit 8 is the lowest of byte 1. 0 in a [`Field`](super::Field),
+    /// whose signals follow each other.
     pub start: u8,
     /// How many bits.
     pub length: u8,
@@ -37,19 +36,13 @@ pub struct Signal {
 }
 
 impl Signal {
-    pub(crate) const fn probability(
-        name: &'static str,
-        start: u8,
-        length: u8,
-        comment: &'static str,
-    ) -> Self {
+    pub(crate) const fn probability(name: &'static str, length: u8, comment: &'static str) -> Self {
         let factor = 1.0 / ((1_u32 << length) - 1) as f64;
-        Self::unsigned(name, start, length, factor, "", comment)
+        Self::unsigned(name, length, factor, "", comment)
     }
 
     pub(crate) const fn unsigned(
         name: &'static str,
-        start: u8,
         length: u8,
         factor: f64,
         unit: &'static str,
@@ -57,7 +50,7 @@ impl Signal {
     ) -> Self {
         Self {
             name,
-            start,
+            start: 0,
             length,
             kind: Kind::Unsigned { factor },
             unit,
@@ -67,14 +60,13 @@ impl Signal {
 
     pub(crate) const fn quantity(
         name: &'static str,
-        start: u8,
         factor: f64,
         unit: &'static str,
         comment: &'static str,
     ) -> Self {
         Self {
             name,
-            start,
+            start: 0,
             length: 16,
             kind: Kind::Signed { factor },
             unit,
@@ -84,14 +76,13 @@ impl Signal {
 
     pub(crate) const fn named(
         name: &'static str,
-        start: u8,
         length: u8,
         names: &'static [(u8, &'static str)],
         comment: &'static str,
     ) -> Self {
         Self {
             name,
-            start,
+            start: 0,
             length,
             kind: Kind::Named(names),
             unit: "",
@@ -99,19 +90,8 @@ impl Signal {
         }
     }
 
-    pub(crate) const fn flag(name: &'static str, start: u8, comment: &'static str) -> Self {
-        Self::named(name, start, 1, &[(0, "no"), (1, "yes")], comment)
-    }
-
-    pub(crate) const fn timestamp(start: u8) -> Self {
-        Self::unsigned(
-            "Timestamp",
-            start,
-            16,
-            super::TIME_STEP_US as f64 / 1000.0,
-            "ms",
-            "When the sample was acquired, on the foot's clock; wraps every 655.36 ms.",
-        )
+    pub(crate) const fn flag(name: &'static str, comment: &'static str) -> Self {
+        Self::named(name, 1, &[(0, "no"), (1, "yes")], comment)
     }
 
     /// The physical value of one step.
@@ -139,4 +119,3 @@ impl Signal {
 
 pub(super) const ACCELERATION_UNIT: &str = "m/s^2";
 pub(super) const RATE_UNIT: &str = "rad/s";
-pub(super) const UNIT: f64 = quantity::UNIT_STEP;

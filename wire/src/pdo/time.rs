@@ -38,7 +38,7 @@ impl From<Timestamp> for LongTime {
         // microcontroller divides 64 bits in software.
         const STEP: u32 = TIME_STEP_US as u32;
         let micros = timestamp.as_micros();
-        let digit = |place: u32| (micros >> (16 * place)) as u32 & 0xFFFF;
+        let digit = |power: u32| (micros >> (16 * power)) as u32 & 0xFFFF;
         let rest = digit(3) % STEP;
         let rest = (rest << 16 | digit(2)) % STEP;
         let upper = rest << 16 | digit(1);

@@ -1,5 +1,5 @@
 //! The check of a frame: CRC-32 (ISO-HDLC, as in zlib and Ethernet), with the library's table, but a
-//! few bytes at a time, so that whoever looks at each byte anyway can do so in the same loop.
+//! few bytes at a time, so that code that looks at each byte anyway can do so in the same loop.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 

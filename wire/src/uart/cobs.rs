@@ -3,7 +3,7 @@
 //! Each zero is replaced by the distance to the next, the first distance stands in front, and a
 //! zero ends the frame.
 
-/// Codes at most 254 bytes in their place, one after the other, so that whoever looks at each byte
+/// Codes at most 254 bytes in their place, one after the other, so that code that looks at each byte
 /// anyway can do so in the same loop.
 #[derive(Debug)]
 pub(super) struct Coding<'a> {

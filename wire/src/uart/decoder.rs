@@ -116,8 +116,8 @@ impl Decoder {
         if byte != 0 {
             if let Some(plain) = self.decoding.push(byte) {
                 match self.plain.get_mut(self.length) {
-                    Some(place) => {
-                        *place = plain;
+                    Some(next) => {
+                        *next = plain;
                         self.length += 1;
                     }
                     None => self.overflowed = true,

@@ -42,8 +42,8 @@ impl LogMessage {
             .take_while(|end| *end <= room)
             .last()
             .unwrap_or(0);
-        let place = self.text.iter_mut().skip(usize::from(self.length));
-        for (to, from) in place.zip(text.bytes().take(end)) {
+        let free = self.text.iter_mut().skip(usize::from(self.length));
+        for (to, from) in free.zip(text.bytes().take(end)) {
             *to = from;
         }
         self.length = self.length.saturating_add(end as u8);

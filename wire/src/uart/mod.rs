@@ -244,7 +244,7 @@ fn close(frame: &mut Encoded, length: usize) {
     let Some((body, rest)) = plain.split_at_mut_checked(length) else {
         return;
     };
-    let Some(([place @ .., end], _)) = rest.split_first_chunk_mut::<{ CHECK + 1 }>() else {
+    let Some(([checksum @ .., end], _)) = rest.split_first_chunk_mut::<{ CHECK + 1 }>() else {
         return;
     };
     let mut check = Check::new();
@@ -258,8 +258,8 @@ fn close(frame: &mut Encoded, length: usize) {
         check.push(*byte);
         coding.push(byte);
     }
-    *place = check.finish();
-    coding.push_four(place);
+    *checksum = check.finish();
+    coding.push_four(checksum);
     coding.finish();
     *end = 0;
     frame.length = 2 + length + CHECK + 1;

@@ -36,7 +36,7 @@ pub struct RawSample {
     pub rate_scale: f32,
 }
 
-/// What the validity's code means: its place in this list.
+/// What the validity's code means: its index in this list.
 const VALIDITIES: [Validity; 6] = [
     Validity::Valid,
     Validity::Saturated(Saturation::Accelerometer),

@@ -22,8 +22,8 @@ pub fn generate() -> String {
     for (foot, pdo, id) in messages() {
         let name = foot.name();
         let _ = writeln!(dbc, "\nBO_ {id} {name}_{}: 8 {name}", pdo.name());
-        for signal in pdo.signals() {
-            write_signal(&mut dbc, signal);
+        for (_, signal) in pdo.signals() {
+            write_signal(&mut dbc, &signal);
         }
     }
     for foot in Foot::ALL {
@@ -55,8 +55,8 @@ BO_ {} {name}_Heartbeat: 1 {name}
     );
     for (_, pdo, id) in messages() {
         let number = pdo as u8 + 1;
-        let _ = writeln!(dbc, "CM_ BO_ {id} \"TPDO{number}: {}\";", about(pdo));
-        for signal in pdo.signals() {
+        let _ = writeln!(dbc, "CM_ BO_ {id} \"TPDO{number}: {}\";", pdo.about());
+        for (_, signal) in pdo.signals() {
             let Signal { name, comment, .. } = signal;
             let none = match signal.kind {
                 Kind::Signed { .. } => {
@@ -103,7 +103,7 @@ CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
         let _ = writeln!(dbc, "SIG_VALTYPE_ {id} Load : 1;");
     }
     for (_, pdo, id) in messages() {
-        for signal in pdo.signals() {
+        for (_, signal) in pdo.signals() {
             let names: String = match signal.kind {
                 Kind::Named(names) => names
                     .iter()
@@ -139,18 +139,6 @@ VAL_ {heartbeat} NodeState 0 \"boot_up\" 4 \"stopped\" 5 \"operational\" 127 \"p
 
 fn id(foot: Foot, pdo: Pdo) -> u16 {
     pdo.cob_id(foot.default_node_id())
-}
-
-fn about(pdo: Pdo) -> &'static str {
-    match pdo {
-        Pdo::Contact => "contact, each tick.",
-        Pdo::Axes => "probability of each axis.",
-        Pdo::Attitude => "orientation.",
-        Pdo::Acceleration => "acceleration without gravity.",
-        Pdo::Rate => "angular rate without bias.",
-        Pdo::Bias => "gyroscope bias and temperature.",
-        Pdo::Health => "flags, errors, drops and the clock.",
-    }
 }
 
 fn write_signal(dbc: &mut String, signal: &Signal) {

@@ -6,9 +6,10 @@ use std::fs;
 use std::path::Path;
 
 use wire::dictionary::{Access, Entry, Limits, OBJECTS, Object, Role, Shape, index};
+use wire::pdo::Kind;
 use wire::{AbortCode, Fault, Foot, Pdo, Value};
 
-/// The text with every table between `<!-- table NAME -->` and `<!-- end -->` made anew.
+/// The text with every table between `<!-- table NAME -->` and `<!-- end -->` made again.
 pub fn update(readme: &str) -> String {
     let mut parts = readme.split("<!-- table ");
     let mut updated = parts.next().unwrap_or_default().to_string();
@@ -25,6 +26,7 @@ fn table(name: &str) -> String {
     match name {
         "objects" => objects(),
         "pdos" => pdos(),
+        name if name.starts_with("pdo ") => fields(&name["pdo ".len()..]),
         "feet" => feet(),
         "faults" => faults(),
         "aborts" => aborts(),
@@ -118,7 +120,7 @@ fn meaning(object: &Object, entry: &Entry) -> String {
 
 fn access(entry: &Entry) -> &'static str {
     match (entry.access, entry.role) {
-        (Access::Rw, Role::Setting | Role::PdoCobId) => "setting",
+        (Access::Rw, Role::Setting(_) | Role::PdoCobId) => "setting",
         (access, _) => access.name(),
     }
 }
@@ -165,7 +167,7 @@ fn number(value: Value) -> String {
 fn pdos() -> String {
     let mut table = String::from("| frame | identifier | every | contents |\n|---|---|---|---|\n");
     for pdo in Pdo::ALL {
-        let contents: Vec<&str> = pdo.signals().iter().map(|signal| signal.name).collect();
+        let contents: Vec<&str> = pdo.signals().map(|(_, signal)| signal.name).collect();
         let _ = writeln!(
             table,
             "| TPDO{} {} | 0x{:X} + id | {} ms | {} |",
@@ -177,6 +179,46 @@ fn pdos() -> String {
         );
     }
     table
+}
+
+/// What stands where in a frame.
+fn fields(name: &str) -> String {
+    let mut table =
+        String::from("| bytes | object | signal | step | meaning |\n|---|---|---|---|---|\n");
+    let pdo = Pdo::ALL.into_iter().find(|pdo| pdo.name() == name);
+    for (field, signal) in pdo.expect("a frame's name").signals() {
+        let step = match signal.kind {
+            Kind::Named(names) if names.len() > 2 => names
+                .iter()
+                .map(|(code, name)| format!("{code} {name}"))
+                .collect::<Vec<_>>()
+                .join(", "),
+            Kind::Named(_) => String::new(),
+            Kind::Unsigned { .. } | Kind::Signed { .. } => field.unit.to_string(),
+        };
+        let _ = writeln!(
+            table,
+            "| {} | {:04X}:{} | {} | {step} | {} |",
+            place(signal.start, signal.length),
+            field.index,
+            field.subindex,
+            signal.name,
+            signal.comment,
+        );
+    }
+    table
+}
+
+/// Bytes, or the bits of one.
+fn place(start: u8, length: u8) -> String {
+    let (byte, bit) = (start / 8, start % 8);
+    match (length, length / 8) {
+        (1, _) => format!("{byte}, bit {bit}"),
+        (2..8, _) => format!("{byte}, bits {bit} to {}", bit + length - 1),
+        (_, 1) => byte.to_string(),
+        (_, 2) => format!("{byte}, {}", byte + 1),
+        (_, bytes) => format!("{byte} to {}", byte + bytes - 1),
+    }
 }
 
 fn feet() -> String {

@@ -18,10 +18,10 @@ use core::panic::PanicInfo;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
-use estimator_core::{ContactEstimator, Load, Timestamp};
+use estimator_core::{ContactEstimator, Load, Parameter, Timestamp};
 use lsm6dsox::{Config, FrequencyFine, FrozenDetector, Lsm6dsox, SensorTimestamp};
 use wire::node::BootCause;
-use wire::{Event, Fault, Node, Settings, fd, pdo, uart};
+use wire::{Event, Fault, Node, Settings, pdo, uart};
 // The vector table.
 use stm32_metapac as _;
 
@@ -85,7 +85,13 @@ fn one_panic() {
 }
 
 fn estimator() {
-    let Ok(config) = any_params().validate::<256>() else {
+    let mut params = any_params();
+    for parameter in Parameter::ALL.into_iter().filter(|_| any_bool()) {
+        parameter.set(&mut params, any());
+        used(parameter.get(&params));
+        used(parameter.row());
+    }
+    let Ok(config) = params.validate::<256>() else {
         return;
     };
     let mut estimator = ContactEstimator::new(&config);
@@ -220,6 +226,7 @@ fn node() {
                 used(accelerometer.apply(any_sample().specific_force));
             }
             7 => node.set_learnt(any_learnt()),
+            8 => used(wire::dictionary::concern(wire::Address::new(any(), any()))),
             _ => used(node.settings().params().validate::<256>()),
         }
     }
@@ -254,9 +261,5 @@ fn codecs() {
     used(pdo::Rate::decode(&any()).encode());
     used(pdo::Bias::decode(&any()).encode());
     used(pdo::Health::decode(&any()).encode());
-    let bytes: [u8; 64] = any();
-    if let Some(sample) = fd::Sample::decode(&bytes) {
-        used(sample.encode());
-    }
     used(wire::Emergency::decode(&any()).encode());
 }

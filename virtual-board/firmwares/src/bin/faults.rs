@@ -3,7 +3,7 @@
 #![no_std]
 #![no_main]
 
-use board_proofs::{Misdeed, mailbox};
+use board_proofs::{Misuse, mailbox};
 use core::arch::global_asm;
 use core::panic::PanicInfo;
 use cortex_m::peripheral::SCB;
@@ -63,8 +63,8 @@ const IWDG: u32 = 0x4000_3000;
 #[entry]
 fn main() -> ! {
     put(mailbox::STARTS, get(mailbox::STARTS).wrapping_add(1));
-    let misdeed = get(mailbox::MISDEED);
-    if misdeed == Misdeed::Watchdog as u32 || misdeed == Misdeed::Reset as u32 {
+    let misuse = get(mailbox::MISUSE);
+    if misuse == Misuse::Watchdog as u32 || misuse == Misuse::Reset as u32 {
         put(mailbox::RESET_FLAGS, get(RCC_CSR));
         // RMVF: the flags of this start are not those of the next.
         put(RCC_CSR, 1 << 24);
@@ -74,14 +74,14 @@ fn main() -> ! {
     }
     // SAFETY: the only user of the core's peripherals.
     let mut core = unsafe { cortex_m::Peripherals::steal() };
-    match Misdeed::ALL.into_iter().find(|&one| one as u32 == misdeed) {
+    match Misuse::ALL.into_iter().find(|&one| one as u32 == misuse) {
         // SAFETY: each of these is meant to fault.
-        Some(Misdeed::Undefined | Misdeed::LockUp) => unsafe { do_undefined() },
+        Some(Misuse::Undefined | Misuse::LockUp) => unsafe { do_undefined() },
         // SAFETY: as above.
-        Some(Misdeed::Load) => unsafe { do_load(0x6000_0000) },
+        Some(Misuse::Load) => unsafe { do_load(0x6000_0000) },
         // SAFETY: as above.
-        Some(Misdeed::Store) => unsafe { do_store(0x6000_0000, 1) },
-        Some(Misdeed::Float) => {
+        Some(Misuse::Store) => unsafe { do_store(0x6000_0000, 1) },
+        Some(Misuse::Float) => {
             core.SCB
                 .enable(cortex_m::peripheral::scb::Exception::UsageFault);
             // SAFETY: switches the floating-point unit off, whose use then faults.
@@ -91,27 +91,27 @@ fn main() -> ! {
                 do_float();
             }
         }
-        Some(Misdeed::Watchdog) => {
+        Some(Misuse::Watchdog) => {
             put(IWDG, 0x5555);
             put(IWDG + 4, 0);
             put(IWDG + 8, 99);
             put(IWDG, 0xCCCC);
         }
-        Some(Misdeed::Reset) => SCB::sys_reset(),
-        Some(Misdeed::Overflow) => {
+        Some(Misuse::Reset) => SCB::sys_reset(),
+        Some(Misuse::Overflow) => {
             core::hint::black_box(deeper(core::hint::black_box(1)));
         }
-        Some(Misdeed::State) => {
+        Some(Misuse::State) => {
             // SAFETY: meant to fault: an address without the Thumb bit.
             unsafe { core::arch::asm!("bx {}", in(reg) 0x0800_0400_u32) };
         }
         // SAFETY: the board stops here.
-        Some(Misdeed::Unclocked) => unsafe { do_store(0x4002_0000, 1) },
+        Some(Misuse::Unclocked) => unsafe { do_store(0x4002_0000, 1) },
         // SAFETY: as above.
-        Some(Misdeed::Unmodelled) => unsafe { do_load(0x4000_2800) },
+        Some(Misuse::Unmodelled) => unsafe { do_load(0x4000_2800) },
         // SAFETY: as above.
-        Some(Misdeed::Null) => unsafe { do_load(0) },
-        Some(Misdeed::WaitStates) => {
+        Some(Misuse::Null) => unsafe { do_load(0) },
+        Some(Misuse::WaitStates) => {
             // The PLL from HSI: 16 MHz / 8 × 120 / 2 = 120 MHz, APB1 a quarter, APB2 half.
             put(RCC + 4, 8 | 120 << 6);
             put(RCC, get(RCC) | 1 << 24);
@@ -155,7 +155,7 @@ fn note(handler: u32, pc: u32) {
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     note(3, frame.pc());
-    if get(mailbox::MISDEED) == Misdeed::LockUp as u32 {
+    if get(mailbox::MISUSE) == Misuse::LockUp as u32 {
         // SAFETY: meant to fault, in the handler of faults.
         unsafe { do_undefined() };
     }

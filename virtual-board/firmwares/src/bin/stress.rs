@@ -20,7 +20,7 @@ const TICKS: u32 = 3_000;
 /// Steps of an orbit in each half of a handler.
 const STEPS: u32 = 5;
 
-/// What one context owns, told apart by its index: three interrupts, `SysTick`, two threads.
+/// What one context owns, distinguished by its index: three interrupts, `SysTick`, two threads.
 struct Orbits([UnsafeCell<Orbit>; 6]);
 
 // SAFETY: each cell is used by one context only, and read by `main` when all others have ended.
@@ -43,7 +43,7 @@ static SWITCHES: AtomicU32 = AtomicU32::new(0);
 static NESTED: AtomicU32 = AtomicU32::new(0);
 static DEPTH: AtomicU32 = AtomicU32::new(0);
 /// Handlers that ran although BASEPRI masked them, and orbits whose bits were lost.
-static OFFENCES: AtomicU32 = AtomicU32::new(0);
+static VIOLATIONS: AtomicU32 = AtomicU32::new(0);
 
 /// What a handler does; in the middle of it the interrupts in `pend` come.
 fn run(context: usize, pend: u32) {
@@ -95,7 +95,7 @@ fn thread(context: usize) -> bool {
         // SAFETY: opens what was masked above.
         unsafe { basepri::write(0) };
         if before != after {
-            OFFENCES.fetch_add(1, Ordering::Relaxed);
+            VIOLATIONS.fetch_add(1, Ordering::Relaxed);
         }
         cortex_m::interrupt::free(|_| {
             let shared = SHARED.load(Ordering::Relaxed);
@@ -124,7 +124,7 @@ fn main() -> ! {
     // The frame that PendSV takes for a thread interrupted before its first instruction: R4 to
     // R11, its EXC_RETURN, a pad, then what the hardware pops.
     let frame = top - 4 * (10 + 8);
-    // SAFETY: inside the stack, which nobody uses yet.
+    // SAFETY: inside the stack, which is not used yet.
     unsafe {
         let words = frame as *mut u32;
         words.add(8).write(0xFFFF_FFFD);
@@ -195,12 +195,12 @@ fn report() {
     }
     let total: u32 = RUNS.iter().map(|runs| runs.load(Ordering::Relaxed)).sum();
     hprintln!(
-        "shared {} of {} nested {} switches {} offences {}",
+        "shared {} of {} nested {} switches {} violations {}",
         SHARED.load(Ordering::Relaxed),
         total,
         NESTED.load(Ordering::Relaxed),
         SWITCHES.load(Ordering::Relaxed),
-        OFFENCES.load(Ordering::Relaxed)
+        VIOLATIONS.load(Ordering::Relaxed)
     );
 }
 
@@ -237,7 +237,7 @@ unsafe fn DefaultHandler(irqn: i16) {
         29 => run(1, 1 << 28),
         30 => run(2, 1 << 29),
         _ => {
-            OFFENCES.fetch_add(1, Ordering::Relaxed);
+            VIOLATIONS.fetch_add(1, Ordering::Relaxed);
         }
     }
 }

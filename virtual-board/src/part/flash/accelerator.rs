@@ -1,11 +1,13 @@
-//! The ART accelerator between the core and flash (RM0090, 3.5.2): what a fetch from flash costs.
+//! The ART accelerator between the core and flash (RM0090, 3.5.2): the cost of a fetch from flash.
 //!
 //! Flash is read by lines of 128 bits, and each read takes one cycle and the wait states. A line
 //! is at hand at once where it is the one in use, or in a cache; the next line in order is read
 //! ahead where prefetch is on. A line that had to be waited for enters the cache, one that was
 //! read ahead does not, as the manual words it: the cache holds the targets of branches. Both
-//! caches are taken as fully associative, and the least recently used line gives way (the manual
+//! caches are taken as fully associative, and the least recently used line is replaced (the manual
 //! names the policy and not the sets). A read that has begun ends before the next one begins.
+
+use crate::memory::FLASH;
 
 /// Bytes of a line, as a shift.
 const LINE: u32 = 4;
@@ -14,10 +16,8 @@ const LINE: u32 = 4;
 const INSTRUCTION_LINES: usize = 64;
 const DATA_LINES: usize = 8;
 
-/// Lines of 1 MiB.
-const LINES: usize = 1 << (20 - LINE);
-
-const BASE: u32 = 0x0800_0000;
+/// Lines of flash.
+const LINES: usize = FLASH.size >> LINE;
 
 const PREFETCH: u32 = 1 << 8;
 const INSTRUCTION_CACHE: u32 = 1 << 9;
@@ -32,7 +32,7 @@ const ABSENT: u8 = 0xFF;
 #[derive(Clone, Debug)]
 struct Cache {
     /// The slot of each line of flash.
-    place: Vec<u8>,
+    slot_of: Vec<u8>,
     /// The line in each slot, and when it was last used.
     slots: Vec<(u32, u64)>,
     capacity: usize,
@@ -42,7 +42,7 @@ struct Cache {
 impl Cache {
     fn new(capacity: usize) -> Self {
         Self {
-            place: vec![ABSENT; LINES],
+            slot_of: vec![ABSENT; LINES],
             slots: Vec::with_capacity(capacity),
             capacity,
             uses: 0,
@@ -51,14 +51,14 @@ impl Cache {
 
     fn clear(&mut self) {
         for (line, _) in self.slots.drain(..) {
-            self.place[line as usize] = ABSENT;
+            self.slot_of[line as usize] = ABSENT;
         }
     }
 
     fn holds(&self, line: u32) -> bool {
-        self.place
+        self.slot_of
             .get(line as usize)
-            .is_some_and(|&place| place != ABSENT)
+            .is_some_and(|&slot| slot != ABSENT)
     }
 
     /// Uses a line: whether it is there.
@@ -67,7 +67,7 @@ impl Cache {
             return false;
         }
         self.uses += 1;
-        self.slots[usize::from(self.place[line as usize])].1 = self.uses;
+        self.slots[usize::from(self.slot_of[line as usize])].1 = self.uses;
         true
     }
 
@@ -81,17 +81,17 @@ impl Cache {
             let oldest = self.slots.iter().enumerate().min_by_key(|(_, slot)| slot.1);
             let slot = oldest.map_or(0, |(slot, _)| slot);
             let old = core::mem::replace(&mut self.slots[slot], entry);
-            self.place[old.0 as usize] = ABSENT;
+            self.slot_of[old.0 as usize] = ABSENT;
             slot
         };
-        if let Some(place) = self.place.get_mut(line as usize) {
-            *place = slot as u8;
+        if let Some(entry) = self.slot_of.get_mut(line as usize) {
+            *entry = slot as u8;
         }
     }
 }
 
 /// A load from flash whose address is known from the code: where in its block the instruction is,
-/// and what it reads.
+/// and the address it reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Literal {
     /// Bytes from the block's start.
@@ -109,7 +109,7 @@ pub struct Run<'a> {
     pub size: u32,
     /// Its cycles without any wait for flash.
     pub cycles: u32,
-    /// What it loads from flash, in order.
+    /// Its loads from flash, in order.
     pub literals: &'a [Literal],
 }
 
@@ -228,9 +228,9 @@ impl Accelerator {
 
     /// A run begins at a cycle: how many cycles the core waits for flash in it.
     pub fn fetch(&mut self, at: u64, run: &Run) -> u64 {
-        let from = run.address.wrapping_sub(BASE);
+        let from = run.address.wrapping_sub(FLASH.start);
         let (first, last) = (from >> LINE, (from + run.size.max(1) - 1) >> LINE);
-        // What comes before an instruction is taken as its part of the bytes.
+        // The cycles before an instruction are taken in proportion to the bytes before it.
         let into = |offset: u32| u64::from(run.cycles * offset / run.size.max(1));
         let mut literals = run.literals.iter().peekable();
         let mut wait = 0;
@@ -239,7 +239,7 @@ impl Accelerator {
             wait += self.line(at + wait + into(offset), line);
             let end = ((line + 1) << LINE) - from;
             while let Some(literal) = literals.next_if(|literal| literal.offset < end) {
-                let line = literal.address.wrapping_sub(BASE) >> LINE;
+                let line = literal.address.wrapping_sub(FLASH.start) >> LINE;
                 if (line as usize) < LINES {
                     wait += self.load(at + wait + into(literal.offset), line);
                 }
@@ -264,7 +264,7 @@ mod tests {
     /// A run of instructions of four bytes and a cycle each.
     const fn run(line: u32, lines: u32) -> Run<'static> {
         Run {
-            address: BASE + (line << LINE),
+            address: FLASH.start + (line << LINE),
             size: lines << LINE,
             cycles: lines << 2,
             literals: &[],
@@ -329,7 +329,7 @@ mod tests {
         let mut wait = |line: u32, at: u64| {
             let literals = [Literal {
                 offset: 0,
-                address: BASE + (line << LINE),
+                address: FLASH.start + (line << LINE),
             }];
             let run = Run {
                 literals: &literals,

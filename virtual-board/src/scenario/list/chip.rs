@@ -1,29 +1,31 @@
-//! What can go wrong with the chip: its clocks, its core, its supply.
+//! Faults of the chip: its clocks, its core, its supply.
 
-use wire::Fault as Told;
+use wire::Fault;
 
 use super::{
     LASTING, LOAD_FROM_ANALOG, LOADED, ONE_TICK_US, PLAIN, SENSOR, SENSOR_STREAM, SERIAL_DMA,
     SERIAL_STREAM, TIMER,
 };
-use crate::board::Fault;
+use crate::board::Injection;
 use crate::corner::Corner;
 use crate::part::rcc::ResetCause;
-use crate::scenario::{Invalid, Scenario, Step, Tells};
+use crate::scenario::{Invalid, Reports, Scenario, Step};
 
+/// Without the crystal from power-up on.
 const NO_CRYSTAL: Scenario = Scenario {
     at_power_up: true,
     with_can: false,
-    tells: Tells::Fault(Told::CrystalMissing),
-    note: "stays, reported; CAN stays off",
+    reports: Reports::Fault(Fault::CrystalMissing),
+    note: "remains reported; CAN stays off",
     ..PLAIN
 };
 
+/// Ended by the watchdog.
 const HANG: Scenario = Scenario {
-    steps: |_| vec![Step::Wrong(Fault::Hang)],
-    invalid: Invalid::ToTheNextSample,
+    steps: |_| vec![Step::Inject(Injection::Hang)],
+    invalid: Invalid::UntilNextSample,
     blind_us: ONE_TICK_US,
-    tells: Tells::Fault(Told::WatchdogReset),
+    reports: Reports::Fault(Fault::WatchdogReset),
     resets: &[ResetCause::Watchdog],
     ..PLAIN
 };
@@ -34,88 +36,75 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "no-crystal",
         what: "crystal missing at power-up",
         board: |options, _| options.chip.crystal = None,
-        at_power_up: true,
-        with_can: false,
-        tells: Tells::Fault(Told::CrystalMissing),
-        note: "stays, reported; CAN stays off",
-        ..PLAIN
+        ..NO_CRYSTAL
     },
     Scenario {
         name: "crystal-lost",
         what: "crystal stops while running",
-        steps: |_| vec![Step::Wrong(Fault::CrystalLost)],
+        steps: |_| vec![Step::Inject(Injection::CrystalLost)],
         with_can: false,
-        tells: Tells::Fault(Told::CrystalMissing),
+        reports: Reports::Fault(Fault::CrystalMissing),
         resets: &[ResetCause::Software],
-        note: "stays, reported; CAN stays off",
+        note: "remains reported; CAN stays off",
         ..PLAIN
     },
     Scenario {
         name: "stack-overflow",
         what: "stack overflow",
-        steps: |_| vec![Step::Wrong(Fault::StackOverflow)],
-        tells: Tells::Fault(Told::HardFault),
+        steps: |_| vec![Step::Inject(Injection::StackOverflow)],
+        reports: Reports::Fault(Fault::HardFault),
         resets: &[ResetCause::Software],
         ..PLAIN
     },
     Scenario {
         name: "hard-fault",
-        what: "jump to where nothing is: HardFault",
-        steps: |_| vec![Step::Wrong(Fault::Derail)],
-        tells: Tells::Fault(Told::HardFault),
+        what: "jump to an unmapped address: HardFault",
+        steps: |_| vec![Step::Inject(Injection::Derail)],
+        reports: Reports::Fault(Fault::HardFault),
         resets: &[ResetCause::Software],
         ..PLAIN
     },
     Scenario {
         name: "panic",
         what: "panic",
-        steps: |_| vec![Step::Wrong(Fault::Panic)],
-        tells: Tells::Fault(Told::Panic),
+        steps: |_| vec![Step::Inject(Injection::Panic)],
+        reports: Reports::Fault(Fault::Panic),
         resets: &[ResetCause::Software],
         ..PLAIN
     },
     Scenario {
         name: "hang",
         what: "endless loop, interrupts masked",
-        steps: |_| vec![Step::Wrong(Fault::Hang)],
-        invalid: Invalid::ToTheNextSample,
-        blind_us: ONE_TICK_US,
-        tells: Tells::Fault(Told::WatchdogReset),
-        resets: &[ResetCause::Watchdog],
-        ..PLAIN
+        ..HANG
     },
     Scenario {
         name: "sampling-stuck",
-        what: "sampling task stuck: its timer is not heard",
-        steps: |_| vec![Step::Wrong(Fault::Deaf(TIMER))],
-        invalid: Invalid::ToTheNextSample,
-        blind_us: ONE_TICK_US,
-        tells: Tells::Fault(Told::WatchdogReset),
-        resets: &[ResetCause::Watchdog],
-        ..PLAIN
+        what: "sampling task stuck: its timer's interrupt is lost",
+        steps: |_| vec![Step::Inject(Injection::InterruptLost(TIMER))],
+        ..HANG
     },
     Scenario {
         name: "uart-stuck",
-        what: "UART task stuck: its DMA is not heard",
-        steps: |_| vec![Step::Wrong(Fault::Deaf(SERIAL_DMA))],
-        tells: Tells::Fault(Told::WatchdogReset),
-        note: "CAN goes on until the reset",
+        what: "UART task stuck: its DMA's interrupt is lost",
+        steps: |_| vec![Step::Inject(Injection::InterruptLost(SERIAL_DMA))],
+        reports: Reports::Fault(Fault::WatchdogReset),
+        note: "CAN continues until the reset",
         resets: &[ResetCause::Watchdog],
         ..PLAIN
     },
     Scenario {
         name: "brown-out",
         what: "supply dips: brown-out reset",
-        steps: |_| vec![Step::Wrong(Fault::BrownOut)],
-        tells: Tells::BootUp,
+        steps: |_| vec![Step::Inject(Injection::BrownOut)],
+        reports: Reports::BootUp,
         resets: &[ResetCause::BrownOut],
         ..PLAIN
     },
     Scenario {
         name: "reset",
         what: "reset pin",
-        steps: |_| vec![Step::Wrong(Fault::Reset)],
-        tells: Tells::BootUp,
+        steps: |_| vec![Step::Inject(Injection::Reset)],
+        reports: Reports::BootUp,
         resets: &[ResetCause::Pin],
         ..PLAIN
     },
@@ -124,37 +113,37 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "load sensor open",
         board: |options, _| options.load = LOADED,
         before: &[LOAD_FROM_ANALOG],
-        steps: |_| vec![Step::Wrong(Fault::Load(0))],
+        steps: |_| vec![Step::Inject(Injection::Load(0))],
         lasts_ms: LASTING,
-        tells: Tells::Fault(Told::LoadSensorOpen),
-        note: "the load is left out, the probabilities do not need it",
+        reports: Reports::Fault(Fault::LoadSensorOpen),
+        note: "no load is reported; the probabilities do not depend on it",
         keeps_time: true,
         ..PLAIN
     },
     Scenario {
         name: "time-wrap",
-        what: "time going over 32 bits of µs",
+        what: "clock passes 2³² µs",
         board: |options, at_us| options.time_base = 0_u32.wrapping_sub(at_us),
-        note: "timestamps go on beyond 2³² µs",
+        note: "timestamps continue beyond 2³² µs",
         keeps_time: true,
         clock_beyond_us: 1 << 32,
         ..PLAIN
     },
     Scenario {
         name: "crystal-lost-at-start",
-        what: "crystal stops in the course of the start, at each half ms of its first 6",
+        what: "crystal stops during start-up, every 0.5 ms of the first 6 ms",
         steps: |variant| {
             vec![
                 Step::Wait(500 + 500 * variant as u32),
-                Step::Wrong(Fault::CrystalLost),
+                Step::Inject(Injection::CrystalLost),
             ]
         },
         variants: (0, 11, 1),
         at_power_up: true,
         with_can: false,
-        tells: Tells::Fault(Told::CrystalMissing),
+        reports: Reports::Fault(Fault::CrystalMissing),
         any_reset: true,
-        note: "stays, reported; CAN stays off",
+        note: "remains reported; CAN stays off",
         ..PLAIN
     },
     Scenario {
@@ -162,14 +151,14 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "crystal stops while the stack overflows",
         steps: |_| {
             vec![
-                Step::Wrong(Fault::StackOverflow),
-                Step::Wrong(Fault::CrystalLost),
+                Step::Inject(Injection::StackOverflow),
+                Step::Inject(Injection::CrystalLost),
             ]
         },
         with_can: false,
-        tells: Tells::Fault(Told::CrystalMissing),
+        reports: Reports::Fault(Fault::CrystalMissing),
         any_reset: true,
-        note: "stays, reported; CAN stays off",
+        note: "remains reported; CAN stays off",
         ..PLAIN
     },
     Scenario {
@@ -192,17 +181,17 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "hang-at-start",
-        what: "endless loop at each ms of the start",
+        what: "endless loop at each ms of start-up",
         steps: |variant| {
             vec![
                 Step::Wait(300 + 1_000 * variant as u32),
-                Step::Wrong(Fault::Hang),
+                Step::Inject(Injection::Hang),
             ]
         },
         variants: (0, 13, 1),
         at_power_up: true,
-        invalid: Invalid::ToTheNextSample,
-        tells: Tells::Fault(Told::WatchdogReset),
+        invalid: Invalid::UntilNextSample,
+        reports: Reports::Fault(Fault::WatchdogReset),
         resets: &[ResetCause::Watchdog],
         ..PLAIN
     },
@@ -221,22 +210,22 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "debugger-halt",
         what: "a debugger halts the core for 50 ms",
-        steps: |_| vec![Step::Wrong(Fault::DebuggerHalt(50))],
-        tells: Tells::Any,
+        steps: |_| vec![Step::Inject(Injection::DebuggerHalt(50))],
+        reports: Reports::Any,
         clock_stops: true,
-        note: "the board's clock stands still meanwhile",
+        note: "the board's clock stops meanwhile",
         ..PLAIN
     },
     Scenario {
         name: "two-dma-errors",
-        what: "the DMA meets errors on the sensor's bus and on the serial line at once",
+        what: "DMA errors on the sensor's bus and on the serial line at once",
         steps: |_| {
             vec![
-                Step::Wrong(Fault::DmaError(SENSOR_STREAM)),
-                Step::Wrong(Fault::DmaError(SERIAL_STREAM)),
+                Step::Inject(Injection::DmaError(SENSOR_STREAM)),
+                Step::Inject(Injection::DmaError(SERIAL_STREAM)),
             ]
         },
-        tells: Tells::Fault(Told::SensorSilent),
+        reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
 ];

@@ -1,83 +1,83 @@
-//! What can go wrong with the lines that lead out.
+//! Faults of the lines that lead out.
 
-use lsm6dsox::sim::PartFault as Sensor;
+use lsm6dsox::sim::PartFault as SensorFault;
 use wire::dictionary::index;
 use wire::node::Command;
-use wire::{Address, Counter, Fault as Told, Value};
+use wire::{Address, Counter, Fault, Value};
 
 use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, ONE_TICK_US, PLAIN, RECEIVE_STREAM, SERIAL_STREAM};
-use crate::board::Fault;
+use crate::board::Injection;
 use crate::part::can::BusFault;
 use crate::part::usart::LineFault;
-use crate::scenario::{Invalid, Scenario, Step, Tells};
+use crate::scenario::{Invalid, Reports, Scenario, Step};
 
 /// In the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "bus-shorted",
         what: "CAN lines shorted: bus-off",
-        steps: |_| vec![Step::Wrong(Fault::Bus(BusFault::Shorted))],
+        steps: |_| vec![Step::Inject(Injection::Bus(BusFault::Shorted))],
         lasts_ms: LASTING,
-        tells: Tells::Fault(Told::CanBusOff),
+        reports: Reports::Fault(Fault::CanBusOff),
         keeps_time: true,
         ..PLAIN
     },
     Scenario {
         name: "no-acknowledge",
-        what: "nobody acknowledges on CAN",
-        steps: |_| vec![Step::Wrong(Fault::Bus(BusFault::NoAcknowledge))],
+        what: "no node acknowledges on CAN",
+        steps: |_| vec![Step::Inject(Injection::Bus(BusFault::NoAcknowledge))],
         lasts_ms: LASTING,
-        tells: Tells::Fault(Told::CanErrorPassive),
+        reports: Reports::Fault(Fault::CanErrorPassive),
         keeps_time: true,
         ..PLAIN
     },
     Scenario {
         name: "bus-saturated",
-        what: "CAN full of frames that go first",
-        steps: |_| vec![Step::Wrong(Fault::Bus(BusFault::Saturated))],
+        what: "CAN full of frames of higher priority",
+        steps: |_| vec![Step::Inject(Injection::Bus(BusFault::Saturated))],
         lasts_ms: LASTING,
-        tells: Tells::Counter(Counter::CanDropped),
+        reports: Reports::Counter(Counter::CanDropped),
         keeps_time: true,
         ..PLAIN
     },
     Scenario {
         name: "uart-open",
-        what: "serial line open: nobody reads",
-        steps: |_| vec![Step::Wrong(Fault::Line(LineFault::Open))],
+        what: "serial line open: no reader",
+        steps: |_| vec![Step::Inject(Injection::Line(LineFault::Open))],
         lasts_ms: LASTING,
-        note: "without flow control a sender cannot know; the next whole frame is read",
+        note: "undetectable without flow control; the next whole frame is read",
         ..PLAIN
     },
     Scenario {
         name: "uart-break",
         what: "serial consumer without power: line held low",
-        steps: |_| vec![Step::Wrong(Fault::Line(LineFault::Break))],
+        steps: |_| vec![Step::Inject(Injection::Line(LineFault::Break))],
         lasts_ms: LASTING,
-        tells: Tells::Fault(Told::UartOverrun),
+        reports: Reports::Fault(Fault::UartOverrun),
         ..PLAIN
     },
     Scenario {
         name: "uart-dma-error",
-        what: "serial line: the DMA meets an error in the middle of each transfer",
-        steps: |_| vec![Step::Wrong(Fault::DmaError(SERIAL_STREAM))],
+        what: "serial line: DMA error in the middle of each transfer",
+        steps: |_| vec![Step::Inject(Injection::DmaError(SERIAL_STREAM))],
         lasts_ms: LASTING,
-        tells: Tells::Counter(Counter::UartDropped),
+        reports: Reports::Counter(Counter::UartDropped),
         ..PLAIN
     },
     Scenario {
         name: "uart-receive-dma-error",
-        what: "serial line: the DMA meets an error in the second half of its buffer, while garbage comes",
+        what: "serial line: receive DMA error in the second half of its buffer, during garbage",
         // The first error comes with byte 257, of some the last one.
         steps: |variant| {
             vec![
-                Step::Wrong(Fault::DmaError(RECEIVE_STREAM)),
+                Step::Inject(Injection::DmaError(RECEIVE_STREAM)),
                 Step::Garbage(257 + 450 * variant as u32),
             ]
         },
         variants: (0, 4, 1),
         lasts_ms: LASTING,
         kept: Some((LOAD_SCALE, [Value::F32(1.0), OLD_AND_NEW[0]])),
-        tells: Tells::Counter(Counter::UartOverruns),
+        reports: Reports::Counter(Counter::UartOverruns),
         note: "settings are answered again afterwards",
         ..PLAIN
     },
@@ -85,7 +85,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "uart-garbage",
         what: "20 000 bytes of garbage on the serial line",
         steps: |_| vec![Step::Garbage(20_000)],
-        tells: Tells::Counter(Counter::UartRefused),
+        reports: Reports::Counter(Counter::UartRefused),
         keeps_time: true,
         ..PLAIN
     },
@@ -93,15 +93,15 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "command-flood",
         what: "1000 requests over CAN and 500 over the serial line at once",
         steps: |_| vec![Step::Flood(500)],
-        tells: Tells::Counter(Counter::UartDropped),
+        reports: Reports::Counter(Counter::UartDropped),
         ..PLAIN
     },
     Scenario {
         name: "bus-dominant-at-set",
-        what: "CAN lines shorted while the controller is set anew",
+        what: "CAN lines shorted while the controller is reconfigured",
         steps: |_| {
             vec![
-                Step::Wrong(Fault::Bus(BusFault::Shorted)),
+                Step::Inject(Injection::Bus(BusFault::Shorted)),
                 Step::Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(500)),
                 Step::Nmt(Command::ResetCommunication),
                 Step::Wait(250_000),
@@ -109,7 +109,7 @@ pub(super) const ROWS: &[Scenario] = &[
             ]
         },
         lasts_ms: LASTING,
-        tells: Tells::Any,
+        reports: Reports::Any,
         ..PLAIN
     },
     Scenario {
@@ -119,32 +119,32 @@ pub(super) const ROWS: &[Scenario] = &[
             vec![
                 Step::Flood(500),
                 Step::Wait(12_000),
-                Step::Wrong(Fault::Sensor(Sensor::MisoStuckLow)),
+                Step::Inject(Injection::Sensor(SensorFault::MisoStuckLow)),
             ]
         },
         lasts_ms: LASTING,
-        invalid: Invalid::ToTheEnd,
+        invalid: Invalid::UntilCleared,
         blind_us: 12_000 + ONE_TICK_US,
-        tells: Tells::Fault(Told::SensorWrongId),
+        reports: Reports::Fault(Fault::SensorWrongId),
         ..PLAIN
     },
     Scenario {
         name: "uart-flood-of-breaks",
-        what: "serial line held low for 2 ms, each 10 ms",
+        what: "serial line held low for 2 ms, every 10 ms",
         steps: |_| {
             (0..20)
                 .flat_map(|_| {
                     [
-                        Step::Wrong(Fault::Line(LineFault::Break)),
+                        Step::Inject(Injection::Line(LineFault::Break)),
                         Step::Wait(2_000),
-                        Step::Wrong(Fault::Line(LineFault::None)),
+                        Step::Inject(Injection::Line(LineFault::None)),
                         Step::Wait(8_000),
                     ]
                 })
                 .collect()
         },
         lasts_ms: LASTING,
-        tells: Tells::Fault(Told::UartOverrun),
+        reports: Reports::Fault(Fault::UartOverrun),
         ..PLAIN
     },
 ];

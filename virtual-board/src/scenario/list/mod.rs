@@ -1,4 +1,4 @@
-//! Everything that can go wrong: the rows of the fault matrix, and the names of the command line.
+//! All scenarios: the rows of the fault matrix, and the names of the command line.
 
 mod chip;
 mod lines;
@@ -9,9 +9,9 @@ use lsm6dsox::sim::Stimulus;
 use wire::dictionary::index;
 use wire::{Address, Value};
 
-use super::{Invalid, Pages, Scenario, Step, Tells};
+use super::{Invalid, Pages, Reports, Scenario, Step};
 
-/// How long what does not end by itself lasts, ms.
+/// How long a fault that does not end by itself lasts, ms.
 const LASTING: Option<u64> = Some(300);
 
 /// TIM2's interrupt: tick and edges.
@@ -32,7 +32,7 @@ const LOADED: u16 = 2000;
 /// may still be on its way.
 const ONE_TICK_US: u64 = 1_700;
 
-/// From which on every kind of fault of the sensor has been found.
+/// By then every kind of fault of the sensor has been detected, µs.
 const FOUND_US: u64 = 5_000;
 
 const PLAIN: Scenario = Scenario {
@@ -46,12 +46,12 @@ const PLAIN: Scenario = Scenario {
     variants: (0, 0, 1),
     at_power_up: false,
     lasts_ms: None,
-    patience_ms: None,
+    deadline_ms: None,
     invalid: Invalid::Never,
     blind_us: 0,
-    noticed_within_us: u64::MAX,
+    detected_within_us: u64::MAX,
     phases: 1,
-    tells: Tells::Nothing,
+    reports: Reports::Nothing,
     with_can: true,
     may_be_silent: false,
     resets: &[],
@@ -67,7 +67,7 @@ const PLAIN: Scenario = Scenario {
 /// Of the sensor, for a while.
 const SENSOR: Scenario = Scenario {
     lasts_ms: LASTING,
-    invalid: Invalid::ToTheEnd,
+    invalid: Invalid::UntilCleared,
     blind_us: ONE_TICK_US,
     phases: 4,
     ..PLAIN
@@ -80,7 +80,7 @@ const LOAD_SCALE: Address = Address::new(index::LOAD_INPUT, 2);
 
 const OLD_AND_NEW: [Value; 2] = [Value::F32(2.0), Value::F32(3.0)];
 
-/// Where stored settings are the old ones.
+/// The old value of the setting that is changed.
 pub(super) const OLD_SCALE: Step = Step::Set(LOAD_SCALE, OLD_AND_NEW[0]);
 
 const SUBJECTS: [&[Scenario]; 4] = [sensor::ROWS, lines::ROWS, settings::ROWS, chip::ROWS];

@@ -1,12 +1,12 @@
-//! What can go wrong with the sensor and its line.
+//! Faults of the sensor and its line.
 
-use lsm6dsox::setting::Sensor::{self as Half, Accel as Accelerometer, Gyro as Gyroscope};
-use lsm6dsox::sim::{Axis, PartFault as Sensor, StartTimes, Stimulus};
-use wire::Fault as Told;
+use lsm6dsox::setting::Sensor::{self, Accel as Accelerometer, Gyro as Gyroscope};
+use lsm6dsox::sim::{Axis, PartFault as SensorFault, StartTimes, Stimulus};
+use wire::Fault;
 
 use super::{FOUND_US, ONE_TICK_US, SENSOR, SENSOR_STREAM};
-use crate::board::{BoardOptions, Fault};
-use crate::scenario::{Invalid, Scenario, Step, Tells};
+use crate::board::{BoardOptions, Injection};
+use crate::scenario::{Invalid, Reports, Scenario, Step};
 
 /// Every register has been read back within, µs.
 const ROTATION_US: u64 = 200_000;
@@ -15,9 +15,9 @@ const ROTATION_US: u64 = 200_000;
 const FLIPPED: Scenario = Scenario {
     lasts_ms: None,
     invalid: Invalid::Never,
-    noticed_within_us: ROTATION_US,
+    detected_within_us: ROTATION_US,
     phases: 1,
-    tells: Tells::Fault(Told::SensorConfigMismatch),
+    reports: Reports::Fault(Fault::SensorConfigMismatch),
     ..SENSOR
 };
 
@@ -32,7 +32,7 @@ const TURNING: Stimulus = Stimulus {
     ..Stimulus::REST
 };
 
-/// Still, but for the time in which something is wrong.
+/// At rest, except while the fault lasts.
 fn while_wrong(seconds: f64, moving: Stimulus) -> Stimulus {
     match seconds {
         0.0..0.3 => moving,
@@ -40,20 +40,20 @@ fn while_wrong(seconds: f64, moving: Stimulus) -> Stimulus {
     }
 }
 
-const fn sensor(fault: Sensor) -> Step {
-    Step::Wrong(Fault::Sensor(fault))
+const fn sensor(fault: SensorFault) -> Step {
+    Step::Inject(Injection::Sensor(fault))
 }
 
-fn stuck(half: Half, axis: u64, code: i16) -> Step {
-    sensor(Sensor::AxisStuck {
-        sensor: half,
+fn stuck(part: Sensor, axis: u64, code: i16) -> Step {
+    sensor(SensorFault::AxisStuck {
+        sensor: part,
         axis: Axis::ALL[axis as usize % 3],
         code,
     })
 }
 
 const fn flipped(address: u8, bits: u8) -> Step {
-    sensor(Sensor::RegisterFlipped { address, bits })
+    sensor(SensorFault::RegisterFlipped { address, bits })
 }
 
 fn set_bias(options: &mut BoardOptions, degrees: f64) {
@@ -67,59 +67,59 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "miso-low",
         what: "SPI data line stuck low",
-        steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::MisoStuckLow))],
-        tells: Tells::Fault(Told::SensorWrongId),
+        steps: |_| vec![sensor(SensorFault::MisoStuckLow)],
+        reports: Reports::Fault(Fault::SensorWrongId),
         ..SENSOR
     },
     Scenario {
         name: "miso-high",
         what: "SPI data line stuck high",
-        steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::MisoStuckHigh))],
-        tells: Tells::Fault(Told::SensorWrongId),
+        steps: |_| vec![sensor(SensorFault::MisoStuckHigh)],
+        reports: Reports::Fault(Fault::SensorWrongId),
         ..SENSOR
     },
     Scenario {
         name: "bit-flips",
         what: "SPI: one bit in ten wrong",
         steps: |_| {
-            vec![Step::Wrong(Fault::Sensor(Sensor::BitFlips {
+            vec![sensor(SensorFault::BitFlips {
                 per_million: 100_000,
-            }))]
+            })]
         },
         blind_us: FOUND_US,
-        tells: Tells::Fault(Told::SensorConfigMismatch),
+        reports: Reports::Fault(Fault::SensorConfigMismatch),
         ..SENSOR
     },
     Scenario {
         name: "spi-dma-error",
-        what: "SPI: the DMA meets an error in the middle of each sample",
-        steps: |_| vec![Step::Wrong(Fault::DmaError(SENSOR_STREAM))],
-        tells: Tells::Fault(Told::SensorSilent),
+        what: "SPI: DMA error in the middle of each sample",
+        steps: |_| vec![Step::Inject(Injection::DmaError(SENSOR_STREAM))],
+        reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
     Scenario {
         name: "spi-hung",
-        what: "SPI: its clock stands",
-        steps: |_| vec![Step::Wrong(Fault::SensorClockStopped)],
-        tells: Tells::Fault(Told::SensorSilent),
+        what: "SPI: clock stopped",
+        steps: |_| vec![Step::Inject(Injection::SensorClockStopped)],
+        reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
     Scenario {
         name: "sensor-reset",
         what: "sensor resets itself",
-        steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::Reset))],
+        steps: |_| vec![sensor(SensorFault::Reset)],
         lasts_ms: None,
-        invalid: Invalid::ToTheNextSample,
-        tells: Tells::Fault(Told::SensorReset),
+        invalid: Invalid::UntilNextSample,
+        reports: Reports::Fault(Fault::SensorReset),
         ..SENSOR
     },
     Scenario {
         name: "wrong-id",
-        what: "another identity from power-up on",
-        steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::WrongId(0x6B)))],
+        what: "wrong identity from power-up on",
+        steps: |_| vec![sensor(SensorFault::WrongId(0x6B))],
         at_power_up: true,
         phases: 1,
-        tells: Tells::Fault(Told::SensorWrongId),
+        reports: Reports::Fault(Fault::SensorWrongId),
         ..SENSOR
     },
     Scenario {
@@ -129,75 +129,71 @@ pub(super) const ROWS: &[Scenario] = &[
         at_power_up: true,
         lasts_ms: None,
         phases: 1,
-        tells: Tells::Fault(Told::SensorWrongId),
+        reports: Reports::Fault(Fault::SensorWrongId),
         ..SENSOR
     },
     Scenario {
         name: "data-ready-lost",
         what: "data-ready line dead",
-        steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::DataReadyLost))],
-        tells: Tells::Fault(Told::SensorSilent),
+        steps: |_| vec![sensor(SensorFault::DataReadyLost)],
+        reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
     Scenario {
         name: "data-ready-storm",
         what: "data-ready storm, 100 kHz",
-        steps: |_| {
-            vec![Step::Wrong(Fault::Sensor(Sensor::DataReadyStorm {
-                period_ns: 10_000,
-            }))]
-        },
-        tells: Tells::Fault(Told::SensorTiming),
+        steps: |_| vec![sensor(SensorFault::DataReadyStorm { period_ns: 10_000 })],
+        reports: Reports::Fault(Fault::SensorTiming),
         ..SENSOR
     },
     Scenario {
         name: "frozen",
-        what: "outputs repeat, and say they are new",
-        steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::FrozenOutput))],
+        what: "outputs repeat, flagged as new",
+        steps: |_| vec![sensor(SensorFault::FrozenOutput)],
         blind_us: FOUND_US,
-        tells: Tells::Fault(Told::SensorFrozen),
+        reports: Reports::Fault(Fault::SensorFrozen),
         ..SENSOR
     },
     Scenario {
         name: "saturated",
         what: "every axis at the end of its range",
-        steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::Saturation))],
+        steps: |_| vec![sensor(SensorFault::Saturation)],
         blind_us: ONE_TICK_US,
-        tells: Tells::Fault(Told::SensorSaturated),
+        reports: Reports::Fault(Fault::SensorSaturated),
         ..SENSOR
     },
     Scenario {
         name: "clock-fast",
         what: "sensor's clock 5 % fast",
-        steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::ClockRatio(1.05)))],
+        steps: |_| vec![sensor(SensorFault::ClockRatio(1.05))],
         invalid: Invalid::Never,
-        note: "within what the timing takes",
+        note: "within the timing tolerance",
         keeps_time: true,
         ..SENSOR
     },
     Scenario {
         name: "clock-slow",
         what: "sensor's clock 5 % slow",
-        steps: |_| vec![Step::Wrong(Fault::Sensor(Sensor::ClockRatio(0.95)))],
+        steps: |_| vec![sensor(SensorFault::ClockRatio(0.95))],
         invalid: Invalid::Never,
-        note: "within what the timing takes",
+        note: "within the timing tolerance",
         keeps_time: true,
         ..SENSOR
     },
     Scenario {
         name: "accelerometer-frozen",
-        what: "accelerometer repeats, the gyroscope lives",
-        steps: |_| vec![sensor(Sensor::SensorFrozen(Accelerometer))],
+        what: "accelerometer repeats, gyroscope works",
+        steps: |_| vec![sensor(SensorFault::SensorFrozen(Accelerometer))],
         blind_us: 25_000,
-        tells: Tells::Fault(Told::SensorFrozen),
+        reports: Reports::Fault(Fault::SensorFrozen),
         ..SENSOR
     },
     Scenario {
         name: "gyroscope-frozen",
-        what: "gyroscope repeats, the accelerometer lives",
-        steps: |_| vec![sensor(Sensor::SensorFrozen(Gyroscope))],
+        what: "gyroscope repeats, accelerometer works",
+        steps: |_| vec![sensor(SensorFault::SensorFrozen(Gyroscope))],
         blind_us: 45_000,
-        tells: Tells::Fault(Told::SensorFrozen),
+        reports: Reports::Fault(Fault::SensorFrozen),
         ..SENSOR
     },
     Scenario {
@@ -208,7 +204,7 @@ pub(super) const ROWS: &[Scenario] = &[
         variants: (0, 2, 1),
         phases: 1,
         blind_us: 35_000,
-        tells: Tells::Fault(Told::SensorFrozen),
+        reports: Reports::Fault(Fault::SensorFrozen),
         ..SENSOR
     },
     Scenario {
@@ -219,7 +215,7 @@ pub(super) const ROWS: &[Scenario] = &[
         variants: (0, 2, 1),
         phases: 1,
         blind_us: 95_000,
-        tells: Tells::Fault(Told::SensorFrozen),
+        reports: Reports::Fault(Fault::SensorFrozen),
         ..SENSOR
     },
     Scenario {
@@ -229,7 +225,7 @@ pub(super) const ROWS: &[Scenario] = &[
         variants: (0, 2, 1),
         phases: 1,
         blind_us: 95_000,
-        tells: Tells::Fault(Told::SensorFrozen),
+        reports: Reports::Fault(Fault::SensorFrozen),
         ..SENSOR
     },
     Scenario {
@@ -246,21 +242,21 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "bank-switched",
-        what: "FUNC_CFG_ACCESS flips: other registers",
+        what: "FUNC_CFG_ACCESS flips: another register bank",
         steps: |_| vec![flipped(0x01, 0x80)],
-        tells: Tells::Fault(Told::SensorWrongId),
+        reports: Reports::Fault(Fault::SensorWrongId),
         ..FLIPPED
     },
     Scenario {
         name: "three-wire",
-        what: "CTRL3_C.SIM flips: nobody drives the data line",
+        what: "CTRL3_C.SIM flips: data line not driven",
         steps: |_| vec![flipped(0x12, 0x08)],
-        tells: Tells::Fault(Told::SensorWrongId),
+        reports: Reports::Fault(Fault::SensorWrongId),
         ..FLIPPED
     },
     Scenario {
         name: "user-offset",
-        what: "X_OFS_USR flips: an offset",
+        what: "X_OFS_USR flips: an offset is added",
         steps: |_| vec![flipped(0x73, 0x40)],
         ..FLIPPED
     },
@@ -278,67 +274,67 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "edge-glitches",
-        what: "pulses of 1 µs on the data-ready line beside the real ones, each 1.1 ms",
+        what: "extra pulses of 1 µs on the data-ready line, every 1.1 ms",
         steps: |_| {
-            vec![sensor(Sensor::DataReadyGlitches {
+            vec![sensor(SensorFault::DataReadyGlitches {
                 period_ns: 1_100_000,
             })]
         },
         invalid: Invalid::Never,
-        tells: Tells::Any,
+        reports: Reports::Any,
         ..SENSOR
     },
     Scenario {
         name: "gyroscope-bias",
-        what: "gyroscope off by 2 °/s on each axis from power-up on",
+        what: "gyroscope bias of 2 °/s on each axis from power-up on",
         board: |options, _| set_bias(options, 2.0),
         at_power_up: true,
         phases: 1,
         lasts_ms: None,
         invalid: Invalid::Never,
-        tells: Tells::Any,
+        reports: Reports::Any,
         note: "learnt at rest",
         ..SENSOR
     },
     Scenario {
         name: "gyroscope-bias-large",
-        what: "gyroscope off by 15 °/s on each axis from power-up on",
+        what: "gyroscope bias of 15 °/s on each axis from power-up on",
         board: |options, _| set_bias(options, 15.0),
         at_power_up: true,
         phases: 1,
         lasts_ms: None,
-        patience_ms: Some(7_000),
+        deadline_ms: Some(7_000),
         blind_us: 500_000,
-        tells: Tells::Fault(Told::GyroBias),
-        note: "more than is learnt",
+        reports: Reports::Fault(Fault::GyroBias),
+        note: "beyond the range that is learnt",
         ..SENSOR
     },
     Scenario {
         name: "data-line-late",
         what: "SPI: data valid 55 ns after the clock's edge, later than half a period at 10 MHz",
-        steps: |_| vec![sensor(Sensor::SdoDelay { ns: 55 })],
+        steps: |_| vec![sensor(SensorFault::SdoDelay { ns: 55 })],
         lasts_ms: None,
         invalid: Invalid::Never,
         phases: 1,
-        tells: Tells::Any,
-        note: "goes on at 5 MHz",
+        reports: Reports::Any,
+        note: "continues at 5 MHz",
         ..SENSOR
     },
     Scenario {
         name: "data-line-late-at-start",
         what: "the same from power-up on",
-        steps: |_| vec![sensor(Sensor::SdoDelay { ns: 55 })],
+        steps: |_| vec![sensor(SensorFault::SdoDelay { ns: 55 })],
         at_power_up: true,
         lasts_ms: None,
         invalid: Invalid::Never,
         phases: 1,
-        tells: Tells::Any,
-        note: "goes on at 5 MHz",
+        reports: Reports::Any,
+        note: "continues at 5 MHz",
         ..SENSOR
     },
     Scenario {
         name: "sensor-fast",
-        what: "sensor that starts as soon as parts do",
+        what: "sensor with the shortest start-up time",
         board: |options, _| {
             if let Some(sensor) = &mut options.sensor {
                 sensor.start = StartTimes::FASTEST;
@@ -348,7 +344,7 @@ pub(super) const ROWS: &[Scenario] = &[
         lasts_ms: None,
         invalid: Invalid::Never,
         phases: 1,
-        tells: Tells::Any,
+        reports: Reports::Any,
         ..SENSOR
     },
 ];

@@ -1,27 +1,27 @@
-//! What can go wrong with the settings and the flash that keeps them.
+//! Faults of the settings and the flash that stores them.
 
-use wire::Fault as Told;
+use wire::Fault;
 use wire::node::Command;
 
 use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, PLAIN};
-use crate::board::Fault;
+use crate::board::Injection;
 use crate::part::rcc::ResetCause;
-use crate::scenario::{Pages, Scenario, Step, Tells};
+use crate::scenario::{Pages, Reports, Scenario, Step};
 
 /// In the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "flash-blank",
-        what: "stored settings gone, then a reset",
+        what: "stored settings erased, then a reset",
         before: &[Step::Store],
         steps: |_| {
             vec![
-                Step::Wrong(Fault::SettingsErased),
-                Step::Wrong(Fault::Reset),
+                Step::Inject(Injection::SettingsErased),
+                Step::Inject(Injection::Reset),
             ]
         },
-        tells: Tells::BootUp,
-        note: "a new board is like this: defaults apply",
+        reports: Reports::BootUp,
+        note: "as on a new board: defaults apply",
         resets: &[ResetCause::Pin],
         ..PLAIN
     },
@@ -31,38 +31,38 @@ pub(super) const ROWS: &[Scenario] = &[
         before: &[Step::Store],
         steps: |_| {
             vec![
-                Step::Wrong(Fault::SettingsDamaged),
-                Step::Wrong(Fault::Reset),
+                Step::Inject(Injection::SettingsDamaged),
+                Step::Inject(Injection::Reset),
             ]
         },
-        tells: Tells::Fault(Told::ConfigCorrupted),
-        note: "defaults apply; stays, reported, until settings are stored",
+        reports: Reports::Fault(Fault::ConfigCorrupted),
+        note: "defaults apply; remains reported until settings are stored",
         resets: &[ResetCause::Pin],
         ..PLAIN
     },
     Scenario {
         name: "power-cut",
-        what: "supply cut while settings are stored, in each fourth of 115 writes",
+        what: "supply cut while settings are stored, at every fourth of 115 writes",
         before: &[
             Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
             Step::Store,
             Step::Set(LOAD_SCALE, OLD_AND_NEW[1]),
         ],
-        steps: |write| vec![Step::Wrong(Fault::CutInFlash(write)), Step::Store],
+        steps: |write| vec![Step::Inject(Injection::CutInFlash(write)), Step::Store],
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
         variants: (3, 115, 4),
-        tells: Tells::BootUp,
+        reports: Reports::BootUp,
         resets: &[ResetCause::PowerOn],
         ..PLAIN
     },
     Scenario {
         name: "garbage-at-power-up",
-        what: "anything in the pages with the settings at power-up: twelve seeds",
-        steps: |seed| vec![Step::Wrong(Fault::SettingsGarbage(seed))],
+        what: "arbitrary bytes in the settings pages at power-up: twelve seeds",
+        steps: |seed| vec![Step::Inject(Injection::SettingsGarbage(seed))],
         variants: (1, 12, 1),
         at_power_up: true,
-        tells: Tells::Any,
-        note: "defaults apply where there is nothing else",
+        reports: Reports::Any,
+        note: "defaults apply where no valid record is found",
         ..PLAIN
     },
     Scenario {
@@ -71,14 +71,14 @@ pub(super) const ROWS: &[Scenario] = &[
         before: &[Step::Store],
         steps: |_| {
             vec![
-                Step::Wrong(Fault::SettingsDamaged),
+                Step::Inject(Injection::SettingsDamaged),
                 Step::Nmt(Command::ResetCommunication),
                 Step::Wait(50_000),
                 Step::Nmt(Command::StartRemoteNode),
             ]
         },
-        tells: Tells::Fault(Told::ConfigCorrupted),
-        note: "defaults apply; stays, reported, until settings are stored",
+        reports: Reports::Fault(Fault::ConfigCorrupted),
+        note: "defaults apply; remains reported until settings are stored",
         ..PLAIN
     },
     Scenario {
@@ -86,7 +86,7 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "0x1011 \"load\" erases both pages",
         before: &[Step::Store],
         steps: |_| vec![Step::Restore],
-        tells: Tells::Any,
+        reports: Reports::Any,
         ..PLAIN
     },
     Scenario {
@@ -94,7 +94,7 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "a store that has to erase a page, in pre-operational",
         pages: Pages::BeforeAnErase,
         steps: |_| vec![Step::StoreStopped],
-        tells: Tells::Any,
+        reports: Reports::Any,
         ..PLAIN
     },
     Scenario {
@@ -102,7 +102,7 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "a store that has to erase a page, in operational",
         pages: Pages::BeforeAnErase,
         steps: |_| vec![Step::Store],
-        tells: Tells::Any,
+        reports: Reports::Any,
         ..PLAIN
     },
     Scenario {
@@ -113,13 +113,13 @@ pub(super) const ROWS: &[Scenario] = &[
         steps: |part| vec![Step::CutInErase(part as u32), Step::StoreStopped],
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
         variants: (0, 31, 2),
-        tells: Tells::BootUp,
+        reports: Reports::BootUp,
         resets: &[ResetCause::PowerOn],
         ..PLAIN
     },
     Scenario {
         name: "worn-flash",
-        what: "a bit cleared where the record goes, in each twelfth word of it, then a reset",
+        what: "a bit cleared in the record that is stored, at every twelfth word, then a reset",
         before: &[
             Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
             Step::Store,
@@ -127,25 +127,25 @@ pub(super) const ROWS: &[Scenario] = &[
         ],
         steps: |write| {
             vec![
-                Step::Wrong(Fault::WornFlash(write)),
+                Step::Inject(Injection::WornFlash(write)),
                 Step::StoreStopped,
                 Step::Wait(100_000),
-                Step::Wrong(Fault::Reset),
+                Step::Inject(Injection::Reset),
             ]
         },
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
         keeps_new: true,
         variants: (2, 110, 12),
-        tells: Tells::BootUp,
+        reports: Reports::BootUp,
         resets: &[ResetCause::Pin],
         ..PLAIN
     },
     Scenario {
         name: "supply-low-store",
         what: "settings stored at 2.6 V",
-        steps: |_| vec![Step::Wrong(Fault::Supply(2_600)), Step::StoreStopped],
+        steps: |_| vec![Step::Inject(Injection::Supply(2_600)), Step::StoreStopped],
         lasts_ms: LASTING,
-        tells: Tells::Fault(Told::ConfigStore),
+        reports: Reports::Fault(Fault::ConfigStore),
         note: "refused below 2.7 V",
         ..PLAIN
     },

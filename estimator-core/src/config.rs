@@ -1,0 +1,295 @@
+//! From parameters to what the estimator computes with: [`Params::validate`].
+
+use crate::attitude::{AttitudeCoefficients, AttitudeFilter, GyroTiming};
+use crate::axis::PerAxis;
+use crate::kernel::Kernel;
+use crate::parameter;
+use crate::params::{Gravity, Method, Params, WindowLength};
+use crate::phase::PhaseCoefficients;
+use crate::range::ParamsError;
+use crate::stillness::StillnessConfig;
+
+impl Params {
+    /// Checks every field and works out what the estimator needs.
+    ///
+    /// # Errors
+    /// The first field that is out of its range, with its value and the range; a value that is
+    /// not a number is out of every range.
+    pub fn validate<const CAPACITY: usize>(&self) -> Result<Config<CAPACITY>, ParamsError> {
+        parameter::check(self)?;
+        if let GyroTiming::Delay(delay) = self.attitude.gyro_timing {
+            parameter::GYRO_DELAY.check(delay)?;
+        }
+        Ok(Config {
+            gravity: self.gravity,
+            period_us: u64::from(crate::root::rounded(1.0e6 / self.sample_rate)),
+            window_length: self.window_samples::<CAPACITY>()?,
+            method: self.method,
+            stillness: StillnessConfig::new(
+                &self.stillness,
+                self.learning,
+                self.learnt,
+                self.sample_rate,
+            )?,
+            kernels: self.bandwidth.zip_with(self.half_width, Kernel::new),
+            attitude: AttitudeCoefficients::new(&self.attitude, self.sample_rate),
+            phase: PhaseCoefficients {
+                threshold: self.decision.threshold,
+                on_delay_us: micros(self.decision.on_delay),
+                off_delay_us: micros(self.decision.off_delay),
+                load_on: self.load.on_threshold,
+                load_off: self.load.off_threshold,
+            },
+        })
+    }
+
+    fn window_samples<const CAPACITY: usize>(&self) -> Result<usize, ParamsError> {
+        let samples = match self.window {
+            WindowLength::Duration(seconds) => {
+                parameter::WINDOW.check(seconds)?;
+                crate::root::rounded(seconds * self.sample_rate)
+            }
+            WindowLength::Samples(samples) => samples,
+        };
+        if (1..=CAPACITY).contains(&(samples as usize)) {
+            Ok(samples as usize)
+        } else {
+            Err(ParamsError::WindowLength {
+                samples,
+                capacity: CAPACITY,
+            })
+        }
+    }
+}
+
+/// Parameters that have been checked, in the form the estimator computes with. Only
+/// [`Params::validate`] makes one.
+#[derive(Clone, Debug)]
+pub struct Config<const CAPACITY: usize> {
+    pub(crate) gravity: Gravity,
+    pub(crate) period_us: u64,
+    pub(crate) window_length: usize,
+    pub(crate) method: Method,
+    pub(crate) stillness: StillnessConfig,
+    pub(crate) kernels: PerAxis<Kernel>,
+    pub(crate) attitude: AttitudeCoefficients,
+    pub(crate) phase: PhaseCoefficients,
+}
+
+impl<const CAPACITY: usize> Config<CAPACITY> {
+    /// Length of the window in samples.
+    #[must_use]
+    pub const fn window_length(&self) -> usize {
+        self.window_length
+    }
+}
+
+impl AttitudeFilter {
+    /// A filter that has seen nothing yet.
+    #[must_use]
+    pub fn new<const CAPACITY: usize>(config: &Config<CAPACITY>) -> Self {
+        Self::with_coefficients(config.attitude)
+    }
+}
+
+fn micros(seconds: f32) -> u64 {
+    u64::from(crate::root::rounded(seconds * 1.0e6))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stillness::{Classes, Learnt};
+
+    fn field_refused(change: impl FnOnce(&mut Params)) -> &'static str {
+        let mut params = Params::DEFAULT;
+        change(&mut params);
+        match params.validate::<256>() {
+            Err(ParamsError::OutOfRange { field, .. }) => field,
+            Err(ParamsError::WindowLength { .. }) => "window",
+            Ok(_) => "nothing",
+        }
+    }
+
+    #[test]
+    fn the_presets_are_valid() {
+        for preset in [Params::DEFAULT, Params::PAPER, Params::PAPER_GO1] {
+            assert_eq!(
+                preset.validate::<256>().map(|config| config.window_length),
+                Ok(50)
+            );
+        }
+    }
+
+    #[test]
+    fn a_window_is_a_duration_times_the_sample_rate() {
+        let params = Params {
+            sample_rate: 200.0,
+            ..Params::DEFAULT
+        };
+        assert_eq!(params.validate::<256>().map(|c| c.window_length), Ok(10));
+    }
+
+    #[test]
+    fn the_papers_presets_are_the_papers_method_and_the_default_calibrates_itself() {
+        for preset in [Params::PAPER, Params::PAPER_GO1] {
+            assert_eq!(preset.method, Method::HalfWidths);
+        }
+        assert_eq!(Params::DEFAULT.method, Method::SelfCalibrating);
+        assert_eq!(Params::DEFAULT.learnt, None);
+    }
+
+    #[test]
+    fn a_number_out_of_its_range_is_refused_with_the_name_of_its_field() {
+        type Set = fn(&mut Params, f32);
+        const APART: Classes = Classes {
+            still: -1.0,
+            moving: 1.0,
+            width: 0.5,
+        };
+        const LEARNT: Learnt = Learnt {
+            acceleration: APART,
+            rate: APART,
+            velocity: APART,
+            still_seconds: 1.0,
+            moving_seconds: 1.0,
+            idle_seconds: 0.0,
+        };
+        // Each field with a value that is just too small and one that is just too large.
+        let fields: [(&str, Set, f32, f32); 20] = [
+            ("sample_rate", |p, v| p.sample_rate = v, 19.9, 10_001.0),
+            ("bandwidth.ax", |p, v| p.bandwidth.ax = v, 0.9e-6, 1.1e3),
+            ("bandwidth.wz", |p, v| p.bandwidth.wz = v, 0.9e-6, 1.1e3),
+            ("half_width.ay", |p, v| p.half_width.ay = v, 0.9e-6, 1.1e4),
+            ("half_width.wx", |p, v| p.half_width.wx = v, -0.04, 1.1e4),
+            (
+                "decision.threshold",
+                |p, v| p.decision.threshold = v,
+                0.0,
+                1.0,
+            ),
+            (
+                "decision.on_delay",
+                |p, v| p.decision.on_delay = v,
+                -0.1,
+                10.1,
+            ),
+            (
+                "decision.off_delay",
+                |p, v| p.decision.off_delay = v,
+                -0.1,
+                10.1,
+            ),
+            (
+                "load.on_threshold",
+                |p, v| p.load.on_threshold = v,
+                -2.0e9,
+                2.0e9,
+            ),
+            (
+                "load.off_threshold",
+                |p, v| p.load.off_threshold = v,
+                -2.0e9,
+                12.1,
+            ),
+            (
+                "learnt.rate.width",
+                |p, v| {
+                    p.learnt = Some(Learnt {
+                        rate: Classes { width: v, ..APART },
+                        ..LEARNT
+                    });
+                },
+                -0.1,
+                10.0,
+            ),
+            (
+                "learnt.moving_seconds",
+                |p, v| {
+                    p.learnt = Some(Learnt {
+                        moving_seconds: v,
+                        ..LEARNT
+                    });
+                },
+                -0.1,
+                1.1e3,
+            ),
+            (
+                "attitude.gyro_timing",
+                |p, v| p.attitude.gyro_timing = GyroTiming::Delay(v),
+                -0.001,
+                0.051,
+            ),
+            (
+                "attitude.motion_time_constant",
+                |p, v| p.attitude.motion_time_constant = v,
+                0.09,
+                101.0,
+            ),
+            (
+                "attitude.quiet_gain",
+                |p, v| p.attitude.quiet_gain = v,
+                0.9,
+                1.1e4,
+            ),
+            (
+                "attitude.quiet_acceleration",
+                |p, v| p.attitude.quiet_acceleration = v,
+                0.9e-3,
+                11.0,
+            ),
+            (
+                "attitude.quiet_rate",
+                |p, v| p.attitude.quiet_rate = v,
+                0.9e-4,
+                1.1,
+            ),
+            (
+                "attitude.rest.duration",
+                |p, v| p.attitude.rest.duration = v,
+                0.09,
+                101.0,
+            ),
+            (
+                "attitude.rest.bias_limit",
+                |p, v| p.attitude.rest.bias_limit = v,
+                -0.1,
+                1.1,
+            ),
+            (
+                "attitude.rest.bias_time_constant",
+                |p, v| p.attitude.rest.bias_time_constant = v,
+                0.09,
+                1.1e3,
+            ),
+        ];
+        for (field, set, low, high) in fields {
+            for value in [low, high, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                assert_eq!(field_refused(|p| set(p, value)), field, "{value}");
+            }
+        }
+        for (field, set) in [
+            (
+                "attitude.rest.acceleration",
+                (|p, v| p.attitude.rest.acceleration = v) as Set,
+            ),
+            ("attitude.rest.rate", |p, v| p.attitude.rest.rate = v),
+        ] {
+            assert_eq!(field_refused(|p| set(p, 0.0)), field);
+            assert_eq!(field_refused(|p| set(p, 11.0)), field);
+        }
+    }
+
+    #[test]
+    fn a_window_without_a_sample_or_beyond_the_capacity_is_refused() {
+        for window in [
+            WindowLength::Duration(0.3),
+            WindowLength::Duration(-0.05),
+            WindowLength::Duration(f32::NAN),
+            WindowLength::Samples(0),
+            WindowLength::Samples(257),
+        ] {
+            assert_eq!(field_refused(|p| p.window = window), "window", "{window:?}");
+        }
+    }
+}

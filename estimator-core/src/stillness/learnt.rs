@@ -1,0 +1,223 @@
+//! What a foot has learnt, as it is stored, sent and put back: a warm start.
+
+use crate::order::Order;
+use crate::range::{ParamsError, Row, in_range, name, ranges};
+use crate::units::Unit;
+
+/// Evidence of each class from which on what is learnt counts as settled, s. Four to five steps.
+pub const SETTLED_AFTER: f32 = 1.0;
+
+/// Range of the logarithm of an amplitude in [`Learnt`]: amplitudes of 1e-4 to 1e4.
+pub const LOGARITHM: (f32, f32) = (-9.3, 9.3);
+
+/// Largest number of seconds of a class in [`Learnt`].
+pub const MOST_SECONDS: f32 = 1.0e3;
+
+/// Age is not counted beyond this, s: eleven days.
+pub const OLDEST: f32 = 1.0e6;
+
+/// What a foot has shown of one quantity; natural logarithms of amplitudes in m/s² or rad/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Classes {
+    /// Mean in stillness.
+    pub still: f32,
+    /// Mean in motion.
+    pub moving: f32,
+    /// Mean deviation in stillness.
+    pub width: f32,
+}
+
+/// What a foot has taught so far, and on how much of it that rests. It can be stored and put back:
+/// a warm start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Learnt {
+    /// Acceleration without gravity.
+    pub acceleration: Classes,
+    /// Angular rate.
+    pub rate: Classes,
+    /// Leaky mean of the acceleration.
+    pub velocity: Classes,
+    /// Stillness that was learnt from, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
+    pub still_seconds: f32,
+    /// Motion that was learnt from, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
+    pub moving_seconds: f32,
+    /// Age: how long the foot has run since it last taught anything, s.
+    pub idle_seconds: f32,
+}
+
+impl Classes {
+    /// Within the limits in which they can be stored.
+    pub(super) fn limited(self) -> Self {
+        let (_, largest) = LOGARITHM;
+        Self {
+            still: self.still.lesser(largest),
+            moving: self.moving.lesser(largest),
+            width: self.width.lesser(largest),
+        }
+    }
+}
+
+impl Learnt {
+    /// Numbers in the order in which they are stored and sent.
+    pub const NUMBERS: usize = 12;
+
+    /// As numbers, in the order of the fields.
+    #[must_use]
+    pub const fn to_array(&self) -> [f32; Self::NUMBERS] {
+        let Self {
+            acceleration: a,
+            rate: w,
+            velocity: v,
+            still_seconds,
+            moving_seconds,
+            idle_seconds,
+        } = self;
+        [
+            a.still,
+            a.moving,
+            a.width,
+            w.still,
+            w.moving,
+            w.width,
+            v.still,
+            v.moving,
+            v.width,
+            *still_seconds,
+            *moving_seconds,
+            *idle_seconds,
+        ]
+    }
+
+    /// From numbers in the order of [`Self::to_array`].
+    #[must_use]
+    pub const fn from_array(numbers: [f32; Self::NUMBERS]) -> Self {
+        let [
+            a0,
+            a1,
+            a2,
+            w0,
+            w1,
+            w2,
+            v0,
+            v1,
+            v2,
+            still_seconds,
+            moving_seconds,
+            idle_seconds,
+        ] = numbers;
+        Self {
+            acceleration: Classes {
+                still: a0,
+                moving: a1,
+                width: a2,
+            },
+            rate: Classes {
+                still: w0,
+                moving: w1,
+                width: w2,
+            },
+            velocity: Classes {
+                still: v0,
+                moving: v1,
+                width: v2,
+            },
+            still_seconds,
+            moving_seconds,
+            idle_seconds,
+        }
+    }
+
+    /// Whether it rests on enough: [`SETTLED_AFTER`] of each class.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
+    }
+
+    /// The rows of the table of limits, in the order of [`Self::to_array`].
+    pub const ROWS: [Row; Self::NUMBERS] = {
+        const fn row(path: &'static str, unit: Unit, least: f32, most: f32) -> Row {
+            Row {
+                name: name(path),
+                unit,
+                least,
+                most,
+                default: 0.0,
+            }
+        }
+        const fn seconds(path: &'static str, most: f32) -> Row {
+            row(path, Unit::Second, 0.0, most)
+        }
+        /// The paths of a quantity's numbers, with their rows.
+        macro_rules! classes {
+            ($quantity:literal, $unit:ident) => {{
+                let (least, most) = LOGARITHM;
+                [
+                    row(
+                        concat!("learnt.", $quantity, ".still"),
+                        Unit::$unit,
+                        least,
+                        most,
+                    ),
+                    row(
+                        concat!("learnt.", $quantity, ".moving"),
+                        Unit::$unit,
+                        least,
+                        most,
+                    ),
+                    row(
+                        concat!("learnt.", $quantity, ".width"),
+                        Unit::One,
+                        0.0,
+                        most,
+                    ),
+                ]
+            }};
+        }
+        let [a0, a1, a2] = classes!("acceleration", LogMetrePerSecondSquared);
+        let [w0, w1, w2] = classes!("rate", LogRadianPerSecond);
+        let [v0, v1, v2] = classes!("velocity", LogMetrePerSecondSquared);
+        [
+            a0,
+            a1,
+            a2,
+            w0,
+            w1,
+            w2,
+            v0,
+            v1,
+            v2,
+            seconds("learnt.still_seconds", MOST_SECONDS),
+            seconds("learnt.moving_seconds", MOST_SECONDS),
+            seconds("learnt.idle_seconds", OLDEST),
+        ]
+    };
+
+    /// The path of a number; empty on a microcontroller, to save room.
+    fn name(i: usize) -> &'static str {
+        if cfg!(target_os = "none") {
+            return "";
+        }
+        Self::ROWS.get(i).map_or("", |row| row.name)
+    }
+
+    /// That every number can have been learnt, and no motion below its stillness.
+    pub(crate) fn validate(&self) -> Result<(), ParamsError> {
+        let Self {
+            acceleration: a,
+            rate: w,
+            velocity: v,
+            ..
+        } = self;
+        static RANGES: [(f32, f32); Learnt::NUMBERS] = ranges(&Learnt::ROWS);
+        for (i, ((least, most), value)) in RANGES.iter().zip(self.to_array()).enumerate() {
+            let least = match i {
+                1 => a.still,
+                4 => w.still,
+                7 => v.still,
+                _ => *least,
+            };
+            in_range(Self::name(i), value, least, *most)?;
+        }
+        Ok(())
+    }
+}

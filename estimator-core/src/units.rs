@@ -1,0 +1,45 @@
+//! Units of what can be set, and the constants that lead to them.
+
+/// Standard gravity, m/s².
+pub const STANDARD_GRAVITY: f32 = 9.806_65;
+
+/// One degree in radians.
+pub(crate) const DEGREE: f32 = core::f32::consts::PI / 180.0;
+
+/// The unit of a number that can be set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// A ratio, a probability or a factor.
+    One,
+    /// Hz.
+    Hertz,
+    /// s.
+    Second,
+    /// m/s².
+    MetrePerSecondSquared,
+    /// rad/s.
+    RadianPerSecond,
+    /// The unit of the load signal: N for a calibrated load cell.
+    LoadSignal,
+    /// Natural logarithm of m/s².
+    LogMetrePerSecondSquared,
+    /// Natural logarithm of rad/s.
+    LogRadianPerSecond,
+}
+
+impl Unit {
+    /// The symbol; empty for [`Unit::One`].
+    #[must_use]
+    pub const fn symbol(self) -> &'static str {
+        match self {
+            Self::One => "",
+            Self::Hertz => "Hz",
+            Self::Second => "s",
+            Self::MetrePerSecondSquared => "m/s²",
+            Self::RadianPerSecond => "rad/s",
+            Self::LoadSignal => "N",
+            Self::LogMetrePerSecondSquared => "ln(m/s²)",
+            Self::LogRadianPerSecond => "ln(rad/s)",
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! `footfall attitude`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use recordings::input::Format;
+use scoring::inclination::InclinationScore;
+
+use super::recording::Configuration;
+use crate::attitude::AttitudeReport;
+use crate::config::{Preset, parse_sample_rate};
+use crate::error::Error;
+use crate::progress;
+use crate::report::{SummaryStyle, print, print_text, warn};
+
+/// What `footfall attitude` takes.
+#[derive(Debug, Args)]
+pub struct AttitudeArguments {
+    /// Recordings in csv; rows count where qw,qx,qy,qz are filled in and movement, if there, is 1
+    #[arg(required = true, value_name = "INPUT.csv")]
+    pub inputs: Vec<PathBuf>,
+    /// A TOML file with parameters that differ from the default
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Sample rate, where the files do not tell or their nominal rate is wrong
+    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate)]
+    pub sample_rate: Option<f32>,
+    /// Print a Markdown table
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl AttitudeArguments {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let configuration = Configuration::read(self.config.as_deref())?;
+        let mut params = Preset::Default.params(Format::Csv);
+        configuration.overrides.apply(&mut params);
+        let hints = configuration.hints(self.sample_rate, None)?;
+        let scores: Result<Vec<_>, Error> = self
+            .inputs
+            .iter()
+            .map(|input| {
+                let (loaded, truth) =
+                    progress::open(input, Some(Format::Csv))?.read_with_orientation(&hints)?;
+                loaded.notices.iter().for_each(warn);
+                let file = input.display().to_string();
+                let origins = configuration.origins(&file, self.sample_rate, None);
+                origins.check_effects(&params)?;
+                let estimates = progress::replay(&loaded.recording, &params)
+                    .map_err(|error| origins.explain(&error, &params))?;
+                Ok(InclinationScore::of(&loaded.recording, &estimates, &truth))
+            })
+            .collect();
+        let report = AttitudeReport::of(scores?);
+        if self.markdown {
+            print_text(&report.markdown())
+        } else {
+            let style = if self.json {
+                SummaryStyle::Json
+            } else {
+                SummaryStyle::Text
+            };
+            print(&report, style, [])
+        }
+        .map_err(Error::Print)
+    }
+}

@@ -1,0 +1,135 @@
+//! `footfall calibrate`.
+
+use std::fmt::Display;
+use std::io;
+use std::path::PathBuf;
+
+use clap::Args;
+use recordings::input::{Correction, Loaded};
+use serde::Serialize;
+
+use super::recording::{Configuration, RecordingArguments};
+use crate::calibrate::CalibrationError;
+use crate::calibrate::learnt::LearntCalibration;
+use crate::calibrate::robot_file::RobotFile;
+use crate::calibrate::sensor::SensorCalibration;
+use crate::config::ConfigError;
+use crate::error::Error;
+use crate::files::write_file;
+use crate::plot;
+use crate::progress;
+use crate::report::{SummaryStyle, print, warn};
+use crate::targets;
+
+/// What `footfall calibrate` takes.
+#[derive(Debug, Args)]
+pub struct CalibrateArguments {
+    /// Recordings of one foot that walks; or with --rests of one sensor that lies still on each of
+    /// its six sides. Neither labels nor the load are used
+    #[arg(required = true)]
+    pub inputs: Vec<PathBuf>,
+    /// Find accelerometer bias and scale and gyroscope bias instead
+    #[arg(long, conflicts_with = "plot")]
+    pub rests: bool,
+    /// How they are read, and with which parameters.
+    #[command(flatten)]
+    pub recording: RecordingArguments,
+    /// Write a file for --config: what --config set before, with what was found in its place
+    #[arg(long, value_name = "OUT.toml")]
+    pub output: Option<PathBuf>,
+    /// Draw how the amplitudes are distributed at rest and in motion, which is an SVG
+    #[arg(long, value_name = "OUT.svg")]
+    pub plot: Option<PathBuf>,
+    /// Print the report as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl CalibrateArguments {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        targets::check_inputs(&self.inputs)?;
+        for input in &self.inputs {
+            targets::check(input, self.output.as_deref(), self.plot.as_deref())?;
+        }
+        let configuration = Configuration::read(self.recording.config.as_deref())?;
+        if self.rests {
+            self.calibrate_sensor(&configuration)
+        } else {
+            self.learn(&configuration)
+        }
+    }
+
+    fn learn(&self, configuration: &Configuration) -> Result<(), Error> {
+        let hints = self.recording.hints(configuration)?;
+        let mut calibration = None;
+        for input in &self.inputs {
+            let opened = progress::open(input, self.recording.format)?;
+            let params = self.recording.params(configuration, opened.format());
+            let file = input.display().to_string();
+            let origins = configuration.origins(&file, self.recording.sample_rate, None);
+            origins.check_effects(&params)?;
+            let calibration = match &mut calibration {
+                Some(calibration) => calibration,
+                none => none.insert(LearntCalibration::new(&params)?),
+            };
+            let loaded = opened.read(&hints)?;
+            loaded.notices.iter().for_each(warn);
+            calibration
+                .add(&loaded.recording)
+                .map_err(|error| origins.explain(&error, &params))?;
+        }
+        let Some(calibration) = calibration else {
+            return Ok(());
+        };
+        let foot = calibration.finish()?;
+        if let Some(path) = &self.plot {
+            write_file(path, |to| {
+                to.write_all(plot::distribution::svg(&foot)?.as_bytes())
+            })?;
+        }
+        self.write_outputs(configuration, &foot, |file| file.set_learnt(&foot))
+    }
+
+    fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
+        let mut hints = self.recording.hints(configuration)?;
+        // What was found before is replaced, not added to.
+        hints.correction = Correction::NONE;
+        let loaded: Result<Vec<Loaded>, Error> = self
+            .inputs
+            .iter()
+            .map(|input| Ok(progress::open(input, self.recording.format)?.read(&hints)?))
+            .collect();
+        let loaded = loaded?;
+        loaded
+            .iter()
+            .flat_map(|loaded| &loaded.notices)
+            .for_each(warn);
+        let sensor = SensorCalibration::of(loaded.iter().map(|loaded| &loaded.recording))
+            .map_err(CalibrationError::from)?;
+        self.write_outputs(configuration, &sensor, |file| file.set_sensor(&sensor))
+    }
+
+    fn write_outputs(
+        &self,
+        configuration: &Configuration,
+        report: &(impl Serialize + Display),
+        set: impl FnOnce(&mut RobotFile),
+    ) -> Result<(), Error> {
+        if let Some(path) = &self.output {
+            let mut file = RobotFile::keeping(&configuration.text).map_err(|error| {
+                ConfigError::Unreadable {
+                    file: configuration.name.clone().unwrap_or_default(),
+                    source: io::Error::other(error),
+                }
+            })?;
+            set(&mut file);
+            write_file(path, |to| to.write_all(file.text().as_bytes()))?;
+        }
+        let style = if self.json {
+            SummaryStyle::Json
+        } else {
+            SummaryStyle::Text
+        };
+        print(report, style, self.output.iter().chain(&self.plot)).map_err(Error::Print)
+    }
+}

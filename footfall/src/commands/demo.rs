@@ -1,0 +1,70 @@
+//! `footfall demo`: a simulated walk through the estimator, with no files needed.
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap::Args;
+use gait::plan::DEMO_SEED;
+use gait::{Plan, SensorParams};
+
+use crate::error::Error;
+use crate::files::{OutputError, write_file};
+use crate::report::{Outputs, SummaryStyle, write_outputs};
+use crate::targets;
+use crate::walking_foot;
+
+/// The directory of the results where none is named.
+pub const DIRECTORY: &str = "footfall-demo";
+
+/// The log of what the foot sends on CAN.
+pub const CAN_LOG: &str = "can.log";
+
+/// The recording of what the foot sends on the serial line.
+pub const UART: &str = "uart.bin";
+
+/// What `footfall demo` takes.
+#[derive(Debug, Args)]
+pub struct DemoArguments {
+    /// Where samples.csv, plot.svg, can.log and uart.bin go; made where it does not exist
+    #[arg(long, value_name = "DIR", default_value = DIRECTORY)]
+    pub out: PathBuf,
+    /// What the sensor's noise and the foot's slips are drawn from: the same seed, the same walk
+    #[arg(long, default_value_t = DEMO_SEED)]
+    pub seed: u64,
+}
+
+impl Default for DemoArguments {
+    fn default() -> Self {
+        Self {
+            out: DIRECTORY.into(),
+            seed: DEMO_SEED,
+        }
+    }
+}
+
+impl DemoArguments {
+    /// Walks, estimates, and writes the samples, the picture and all that the foot sends.
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let directory = &self.out;
+        targets::check_can_be_directory(directory)?;
+        let plan = Plan::demo(self.seed);
+        let walk = gait::simulate(&plan, &SensorParams::LSM6DSOX, self.seed);
+        let sent = walking_foot::walk(&walk)?;
+
+        fs::create_dir_all(directory).map_err(|source| OutputError::Unwritable {
+            file: directory.display().to_string(),
+            source,
+        })?;
+        let (can, uart) = (directory.join(CAN_LOG), directory.join(UART));
+        write_file(&can, |to| to.write_all(sent.can_log().as_bytes()))?;
+        write_file(&uart, |to| to.write_all(&sent.uart))?;
+        let outputs = Outputs {
+            samples: Some(directory.join("samples.csv")),
+            estimates: None,
+            plot: Some(directory.join("plot.svg")),
+            others: vec![can, uart],
+            summary: SummaryStyle::Text,
+        };
+        write_outputs(&outputs, &walk.recording, 0, &sent.estimates)
+    }
+}

@@ -1,0 +1,55 @@
+//! `footfall evaluate`: this estimator and the methods of others on all recordings with labels.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use scoring::Evaluation;
+
+use crate::error::Error;
+use crate::evaluate::{DATASETS, full_tables, histogram, reliability, table::Style};
+use crate::files::write_file;
+use crate::report::{print_json, print_text};
+use crate::targets;
+
+/// What `footfall evaluate` takes.
+#[derive(Debug, Args)]
+pub struct EvaluateArguments {
+    /// The folder with pce/, lcd/ and pyshoe/ in it
+    #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = DATASETS)]
+    pub datasets: PathBuf,
+    /// Print the tables in Markdown
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
+    /// Print everything as one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Draw the distribution of |P - label|, of this estimator and of fuzzy c-means
+    #[arg(long, value_name = "OUT.svg")]
+    pub histogram: Option<PathBuf>,
+    /// Draw how often P comes true
+    #[arg(long, value_name = "OUT.svg")]
+    pub reliability: Option<PathBuf>,
+}
+
+impl EvaluateArguments {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        targets::check_pictures(self.histogram.as_deref(), self.reliability.as_deref())?;
+        let evaluation = Evaluation::run(&self.datasets)?;
+        if let Some(path) = &self.histogram {
+            write_file(path, |to| to.write_all(histogram(&evaluation)?.as_bytes()))?;
+        }
+        if let Some(path) = &self.reliability {
+            write_file(path, |to| {
+                to.write_all(reliability(&evaluation)?.as_bytes())
+            })?;
+        }
+        if self.json {
+            print_json(&evaluation)
+        } else if self.markdown {
+            print_text(&full_tables(&evaluation, Style::Markdown))
+        } else {
+            print_text(&full_tables(&evaluation, Style::Text))
+        }
+        .map_err(Error::Print)
+    }
+}

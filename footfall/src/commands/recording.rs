@@ -1,0 +1,116 @@
+//! What the commands that estimate from recordings share: options, and the configuration file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use estimator_core::{Gravity, Params, WindowLength};
+use recordings::input::{Format, Hints};
+
+use crate::config::{
+    ConfigError, Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate,
+};
+use crate::error::Error;
+
+/// How recordings are read and which parameters they are estimated with. Later wins: preset,
+/// configuration file, options.
+#[derive(Debug, Args)]
+pub struct RecordingArguments {
+    /// How the input is laid out; may be left out where a header names the columns (csv)
+    #[arg(long, value_parser = format_parser())]
+    pub format: Option<Format>,
+    /// Where the parameters start from
+    #[arg(long, value_enum, default_value_t)]
+    pub preset: Preset,
+    /// A TOML file with parameters that differ from the preset
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Sample rate, where the input does not tell or its nominal rate is wrong
+    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate)]
+    pub sample_rate: Option<f32>,
+    /// Whether the accelerations contain gravity: included or removed
+    #[arg(long, value_name = "included|removed", value_parser = parse_gravity)]
+    pub gravity: Option<Gravity>,
+}
+
+/// A configuration file, or one that changes nothing. It is read once, so a pipe will do.
+#[derive(Default)]
+pub(super) struct Configuration {
+    /// The file as it was named.
+    pub name: Option<String>,
+    pub text: String,
+    pub overrides: Overrides,
+}
+
+/// Reads the name of a format; the help lists all of them.
+fn format_parser() -> impl TypedValueParser<Value = Format> {
+    let names = Format::ALL.map(|format| PossibleValue::new(format.name()).help(format.help()));
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<Format>())
+}
+
+impl RecordingArguments {
+    /// The preset for recordings of a format, with what the configuration sets.
+    pub(super) fn params(&self, configuration: &Configuration, format: Format) -> Params {
+        let mut params = self.preset.params(format);
+        configuration.overrides.apply(&mut params);
+        params
+    }
+
+    /// What is known about the files beyond their format.
+    pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
+        configuration.hints(self.sample_rate, self.gravity)
+    }
+}
+
+impl Configuration {
+    pub(super) fn read(path: Option<&Path>) -> Result<Self, Error> {
+        let Some(path) = path else {
+            return Ok(Self::default());
+        };
+        let file = path.display().to_string();
+        match fs::read_to_string(path) {
+            Ok(text) => Ok(Self {
+                overrides: Overrides::parse(&text, &file)?,
+                name: Some(file),
+                text,
+            }),
+            Err(source) => Err(ConfigError::Unreadable { file, source }.into()),
+        }
+    }
+
+    /// What is known about a file beyond its format; options win over the configuration.
+    pub(super) fn hints(
+        &self,
+        sample_rate: Option<f32>,
+        gravity: Option<Gravity>,
+    ) -> Result<Hints, Error> {
+        Ok(Hints {
+            sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
+            gravity: gravity.or(self.overrides.gravity),
+            correction: self
+                .overrides
+                .correction(self.name.as_deref().unwrap_or_default())?,
+        })
+    }
+
+    /// Who set the parameters, for errors; `sample_rate` and `window` are those of the options.
+    pub(super) fn origins<'a>(
+        &'a self,
+        recording: &'a str,
+        sample_rate: Option<f32>,
+        window: Option<WindowLength>,
+    ) -> Origins<'a> {
+        Origins {
+            file: self.name.as_deref(),
+            overrides: &self.overrides,
+            window,
+            recording,
+            sample_rate: match (sample_rate, self.overrides.sample_rate_hz) {
+                (Some(_), _) => RateOrigin::Option,
+                (None, Some(_)) => RateOrigin::Configuration,
+                (None, None) => RateOrigin::Recording,
+            },
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Where parameters start from.
+
+use clap::ValueEnum;
+use estimator_core::{Params, WindowLength};
+use firmware::imu::default_params;
+use recordings::input::Format;
+use recordings::recording::Recording;
+
+/// Durations that differ by less, as a part of themselves, are the same: a rate that was measured.
+const SAME_DURATION: f64 = 0.05;
+
+/// Where parameters start from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Preset {
+    /// For an LSM6DSOX on a robot's foot
+    #[default]
+    Default,
+    /// The paper's settings: those for the GO1 with --format pce-go1, else those for ATLAS
+    Paper,
+}
+
+impl Preset {
+    /// The parameters for recordings of a format; the load trigger is in the unit of its load.
+    /// Sample rate and gravity are the recording's to say, so those in here mean nothing.
+    #[must_use]
+    pub fn params(self, format: Format) -> Params {
+        let default_with_load_of = |other: Params| Params {
+            load: other.load,
+            ..default_params()
+        };
+        match (self, format) {
+            (Self::Default, Format::Csv | Format::Lcd) => default_params(),
+            (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
+            (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),
+            (Self::Paper, Format::Csv | Format::PceAtlas) => Params::PAPER,
+            // A NAO weighs a third of the load from which the paper's ATLAS is loaded.
+            (Self::Paper, Format::Lcd) => Params {
+                load: default_params().load,
+                ..Params::PAPER
+            },
+            (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
+        }
+    }
+
+    /// That the paper's window, a count of samples, lasts longer or shorter than it does at the
+    /// paper's rate; `None` where it lasts as long, or `params` have another window. Rows of the
+    /// authors' GO1 are counted as the authors count them.
+    #[must_use]
+    pub fn window_notice(
+        self,
+        format: Format,
+        params: &Params,
+        recording: &Recording,
+    ) -> Option<String> {
+        let preset = self.params(format);
+        let WindowLength::Samples(samples) = preset.window else {
+            return None;
+        };
+        if params.window != preset.window || format == Format::PceGo1 {
+            return None;
+        }
+        let [there, here] = [preset.sample_rate, recording.sample_rate]
+            .map(|rate| 1.0e3 * f64::from(samples) / f64::from(rate));
+        ((here / there - 1.0).abs() > SAME_DURATION).then(|| {
+            format!(
+                "{}: the window of the paper's preset, {samples} samples, lasts {here:.0} ms at {} Hz \
+                 and {there:.0} ms at the paper's rate: --window {there:.0}ms has the same duration",
+                recording.name, recording.sample_rate
+            )
+        })
+    }
+}

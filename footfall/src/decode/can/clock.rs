@@ -1,0 +1,75 @@
+//! The time of a contact, from its foot's short clock and from the log's.
+
+use estimator_core::Timestamp;
+use wire::pdo::{ShortTime, TIME_STEP_US};
+
+/// Beyond this time between two frames the log's own clock was set, µs: a day.
+const LONGEST_BRIDGE_US: i64 = 86_400_000_000;
+
+/// Lines of a log are never this far out of order, µs: its own clock was set back.
+const LONGEST_RETURN_US: i64 = -1_000_000;
+
+/// By how much the clocks of foot and log may differ, µs: frames wait in adapters and in queues.
+const TOLERANCE_US: i64 = TURN_US / 4;
+
+/// A step and a turn of the foot's short clock, µs.
+const STEP_US: i64 = TIME_STEP_US as i64;
+const TURN_US: i64 = STEP_US << 16;
+
+/// A contact, by its foot's clock and by the log's.
+#[derive(Clone, Copy)]
+pub(super) struct Mark {
+    /// On the foot's clock, with its turns counted, µs.
+    pub(super) micros: u64,
+    short: ShortTime,
+    logged_us: u64,
+}
+
+/// The time from one contact to another by the foot's clock, and whether the log's agrees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Elapsed {
+    /// Both clocks agree on this time, µs.
+    Agreed(i64),
+    /// The nearest that the foot's clock allows, µs, is far from what the log's says.
+    Contradicted(i64),
+    /// The log's clock was set in between; µs by the foot's clock alone, less than a turn.
+    Unbridged(i64),
+}
+
+impl Mark {
+    /// The first contact of a foot: its short clock is taken to be in its first turn.
+    pub(super) fn first(short: ShortTime, at: Timestamp) -> Self {
+        Self {
+            micros: u64::from(short.0) * TIME_STEP_US,
+            short,
+            logged_us: at.as_micros(),
+        }
+    }
+
+    /// The time to a contact at `short`, logged at `at`. The foot's own clock wraps every
+    /// 655.36 ms; which turn it is, forwards or backwards, the log's clock decides.
+    pub(super) fn elapsed(self, short: ShortTime, at: Timestamp) -> Elapsed {
+        let steps = i64::from(short.0.wrapping_sub(self.short.0)) * STEP_US;
+        // Signed: a log may run backwards.
+        let logged = at.as_micros().wrapping_sub(self.logged_us) as i64;
+        if !(LONGEST_RETURN_US..LONGEST_BRIDGE_US).contains(&logged) {
+            return Elapsed::Unbridged(steps);
+        }
+        let turns = (logged - steps + TURN_US / 2).div_euclid(TURN_US);
+        let elapsed = steps + turns * TURN_US;
+        if (elapsed - logged).abs() <= TOLERANCE_US {
+            Elapsed::Agreed(elapsed)
+        } else {
+            Elapsed::Contradicted(elapsed)
+        }
+    }
+
+    /// The contact that came `elapsed` µs later.
+    pub(super) fn after(self, elapsed: i64, short: ShortTime, at: Timestamp) -> Self {
+        Self {
+            micros: self.micros.saturating_add_signed(elapsed),
+            short,
+            logged_us: at.as_micros(),
+        }
+    }
+}

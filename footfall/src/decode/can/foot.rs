@@ -1,0 +1,114 @@
+//! A foot in a log: which time and which number its next contact has.
+
+use estimator_core::Timestamp;
+use wire::pdo::{Contact, ShortTime};
+use wire::sequence::missing_u8;
+
+use super::clock::{Elapsed, Mark};
+use crate::decode::report::Report;
+
+/// The state of a foot in a log.
+#[derive(Clone, Copy)]
+pub(super) struct LoggedFoot {
+    /// The row of its newest contact: what it sends beside a contact belongs there.
+    pub(super) row: usize,
+    /// The short time of that row.
+    pub(super) short: ShortTime,
+    /// Its newest contact whose time the log does not contradict.
+    mark: Mark,
+    /// The one before: where the log's time of the newest was wrong, it goes on from here.
+    before: Option<Mark>,
+    /// A newer one whose time the log does contradict, if that came last.
+    suspect: Option<Mark>,
+    /// The newest sequence number.
+    sequence: u8,
+}
+
+impl LoggedFoot {
+    /// A foot whose first contact, logged at `at`, becomes this row.
+    pub(super) fn new(contact: &Contact, row: usize, at: Timestamp) -> Self {
+        Self {
+            row,
+            short: contact.timestamp,
+            mark: Mark::first(contact.timestamp, at),
+            before: None,
+            suspect: None,
+            sequence: contact.sequence.wrapping_sub(1),
+        }
+    }
+
+    /// Takes in the next contact, logged at `at`, which becomes `row`: its time on the foot's clock,
+    /// µs. `None` where it is a duplicate. Gaps and contradictions are counted in the report.
+    pub(super) fn take(
+        &mut self,
+        contact: &Contact,
+        row: usize,
+        at: Timestamp,
+        report: &mut Report,
+    ) -> Option<u64> {
+        let Contact {
+            timestamp: short,
+            sequence,
+            ..
+        } = *contact;
+        let missing = missing_u8(self.sequence, sequence);
+        let after_suspect = self.suspect.take().and_then(|suspect| {
+            match suspect.elapsed(short, at) {
+                // Two that agree with each other: it is the mark that is out of date.
+                Elapsed::Agreed(elapsed) if elapsed > 0 => Some(suspect.after(elapsed, short, at)),
+                _ => None,
+            }
+        });
+        let mut elapsed = self.mark.elapsed(short, at);
+        if let Some(before) = self.before
+            && let Elapsed::Agreed(nearer) = before.elapsed(short, at)
+            && nearer > 0
+            && !matches!(elapsed, Elapsed::Agreed(elapsed) if elapsed < nearer)
+        {
+            report.count_problem("times_against_the_log");
+            (self.mark, elapsed) = (before, Elapsed::Agreed(nearer));
+        }
+        let mark = match (elapsed, after_suspect) {
+            (Elapsed::Agreed(0), _) if missing == u8::MAX => {
+                report.duplicates += 1;
+                return None;
+            }
+            (Elapsed::Contradicted(_), Some(mark)) => mark,
+            (
+                Elapsed::Agreed(elapsed)
+                | Elapsed::Contradicted(elapsed)
+                | Elapsed::Unbridged(elapsed),
+                _,
+            ) => self.mark.after(elapsed, short, at),
+        };
+        let is_back = matches!(elapsed, Elapsed::Agreed(elapsed) if elapsed < 0);
+        // Both the time and the number say so; the number alone goes on where a time is wrong.
+        let is_late = is_back && missing >= 1 << 7;
+        match elapsed {
+            Elapsed::Agreed(_) if is_late => report.count_problem("contacts_out_of_order"),
+            Elapsed::Contradicted(_) if after_suspect.is_none() => {
+                report.count_problem("times_against_the_log");
+                self.suspect = Some(mark);
+            }
+            _ => {
+                if is_back {
+                    report.count_problem("times_that_run_backwards");
+                } else if let Elapsed::Unbridged(_) = elapsed {
+                    report.count_problem("clock_of_the_log_set");
+                }
+                if self.row != row {
+                    report.count_step(self.mark.micros, mark.micros);
+                }
+                self.before = (self.row != row && after_suspect.is_none()).then_some(self.mark);
+                self.mark = mark;
+            }
+        }
+        if !is_late {
+            report.count_missing(u64::from(missing));
+            self.sequence = sequence;
+        }
+        self.row = row;
+        self.short = short;
+        Some(mark.micros)
+    }
+}

@@ -1,0 +1,88 @@
+//! Frames of a foot become the cells of a row.
+
+use std::sync::Arc;
+
+use estimator_core::Timestamp;
+use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, P8, Rate, ShortTime};
+use wire::{NodeId, Pdo};
+
+use crate::decode::Row;
+
+/// The row of a contact at `micros` of its foot's clock.
+pub(super) fn row_of(
+    contact: &Contact,
+    micros: u64,
+    interface: Arc<str>,
+    node: NodeId,
+    segment: u32,
+) -> Row {
+    Row {
+        timestamp: Timestamp::from_micros(micros),
+        interface: Some(interface),
+        node: Some(node),
+        segment,
+        sequence: u16::from(contact.sequence),
+        stable: contact.stable.probability(),
+        tangential: contact.tangential.probability(),
+        vertical: contact.vertical.probability(),
+        status: contact.status,
+        ..Row::default()
+    }
+}
+
+/// Whether a frame is of the contact whose row it was to complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Belongs {
+    /// It has no time, or that of the contact.
+    ToTheContact,
+    /// It has another time: the row is left without its values.
+    Elsewhere,
+}
+
+/// Completes the row of a contact with the short time `short` by a frame that was sent beside it.
+pub(super) fn complete(row: &mut Row, pdo: Pdo, bytes: &[u8; 8], short: ShortTime) -> Belongs {
+    let mut time = short;
+    match pdo {
+        Pdo::Contact => {}
+        Pdo::Axes => {
+            let axes = Axes::decode(bytes);
+            time = axes.timestamp;
+            row.axes = Some(axes.probabilities.map(P8::probability)).filter(|_| time == short);
+        }
+        Pdo::Attitude => row.orientation = Some(Attitude::decode(bytes).orientation()),
+        Pdo::Acceleration => {
+            let acceleration = Acceleration::decode(bytes);
+            time = acceleration.timestamp;
+            row.acceleration = Some(acceleration.acceleration()).filter(|_| time == short);
+        }
+        Pdo::Rate => {
+            let rate = Rate::decode(bytes);
+            time = rate.timestamp;
+            row.rate = Some(rate.rate()).filter(|_| time == short);
+        }
+        Pdo::Bias => {
+            let bias = Bias::decode(bytes);
+            row.bias = Some(bias.bias());
+            row.temperature = Some(bias.temperature());
+        }
+        Pdo::Health => row.flags = Some(Health::decode(bytes).flags),
+    }
+    if time == short {
+        Belongs::ToTheContact
+    } else {
+        Belongs::Elsewhere
+    }
+}
+
+/// The name of a PDO in reports.
+pub(super) const fn kind_name(pdo: Pdo) -> &'static str {
+    match pdo {
+        Pdo::Contact => "contact",
+        Pdo::Axes => "axes",
+        Pdo::Attitude => "attitude",
+        Pdo::Acceleration => "acceleration",
+        Pdo::Rate => "rate",
+        Pdo::Bias => "bias",
+        Pdo::Health => "health",
+    }
+}

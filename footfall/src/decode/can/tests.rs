@@ -1,0 +1,340 @@
+//! Logs made by hand, and damaged ones.
+
+use super::*;
+use wire::pdo::{Axes, ShortTime};
+
+const NODE_33: NodeId = NodeId::new(33).unwrap();
+
+/// A contact of the front left foot, logged at `log_ms`.
+fn contact(interface: &str, log_ms: u64, sequence: u8, step: u16) -> String {
+    let contact = Contact {
+        timestamp: ShortTime(step),
+        sequence,
+        ..Contact::default()
+    };
+    let frame = CanFrame::new(0x191, &contact.encode()).unwrap();
+    let at = Timestamp::from_micros(log_ms * 1000);
+    format!("{}\n", Logged { at, frame }.line(interface))
+}
+
+fn times(decoded: &Decoded) -> Vec<u64> {
+    decoded
+        .rows
+        .iter()
+        .map(|row| row.timestamp.as_micros())
+        .collect()
+}
+
+#[test]
+fn the_logs_clock_bridges_what_the_foots_short_one_cannot() {
+    // 650 ms on the short clock; then 1 ms, 10 s of silence, and a log whose clock was set back.
+    let log = [
+        contact("can0", 1_000, 0, 65_000),
+        contact("can0", 1_001, 1, 65_100),
+        contact(
+            "can0",
+            11_001,
+            2,
+            65_100_u16.wrapping_add((1_000_000_u32 % 65_536) as u16),
+        ),
+        contact(
+            "can0",
+            500,
+            3,
+            65_200_u16.wrapping_add((1_000_000_u32 % 65_536) as u16),
+        ),
+    ];
+    let decoded = decode(&log.concat(), "can.log", &[]);
+    assert_eq!(times(&decoded), [650_000, 651_000, 10_651_000, 10_652_000]);
+    assert_eq!(decoded.report.longest_step_s, Some(10.0));
+}
+
+/// A contact a millisecond, on both clocks, from just before the short one's turn.
+fn steady(count: u16) -> Vec<String> {
+    let contact = |k: u16| {
+        let step = 65_000_u16.wrapping_add(100 * k);
+        contact("can0", 1_000 + u64::from(k), k as u8, step)
+    };
+    (0..count).map(contact).collect()
+}
+
+fn steady_times(count: u64) -> Vec<u64> {
+    (0..count).map(|k| 650_000 + 1_000 * k).collect()
+}
+
+#[test]
+fn a_day_is_bridged_and_no_more() {
+    let day = 86_400_000;
+    let elapsed = (day - 1) * 1_000;
+    let step = 65_000_u16.wrapping_add((elapsed / 10 % 65_536) as u16);
+    for (log_ms, problems, last) in [
+        (day - 1, 0, 650_000 + elapsed),
+        (day, 1, 650_000 + elapsed % 655_360),
+    ] {
+        let log = [
+            contact("can0", 1, 0, 65_000),
+            contact("can0", 1 + log_ms, 1, step),
+        ];
+        let decoded = decode(&log.concat(), "can.log", &[]);
+        let counted = decoded.report.problems.get("clock_of_the_log_set");
+        assert_eq!(counted.copied().unwrap_or(0), problems);
+        assert_eq!(times(&decoded), [650_000, last]);
+    }
+}
+
+#[test]
+fn a_damaged_time_is_a_problem_of_its_own_row_alone() {
+    let (backwards, against) = ("times_that_run_backwards", "times_against_the_log");
+    for (damaged, problem) in [
+        // By 100 ms, which frames may be late: before and after the turn.
+        (65_500_u16.wrapping_add(10_000), backwards),
+        (65_500 - 10_000, backwards),
+        // By more.
+        (20_000, against),
+        (33_000, against),
+        (40_000, against),
+    ] {
+        let mut log = steady(10);
+        log[5] = contact("can0", 1_005, 5, damaged);
+        let decoded = decode(&log.concat(), "can.log", &[]);
+        let (mut times, mut expected) = (times(&decoded), steady_times(10));
+        assert_ne!(times.remove(5), expected.remove(5));
+        assert_eq!(times, expected, "{damaged}");
+        let report = decoded.report;
+        assert_eq!(report.problems.get(problem), Some(&1), "{damaged}");
+        // The next contact may contradict it too.
+        assert!(report.problems.values().sum::<u64>() <= 2, "{damaged}");
+        assert_eq!((report.missing, report.rows), (0, 10));
+    }
+}
+
+#[test]
+fn a_damaged_time_of_the_log_is_a_problem_and_shifts_no_later_row() {
+    for damaged_ms in [0, 400, 900, 1_400, 5_000, 21_005, 30_000, u64::MAX / 1_000] {
+        let mut log = steady(10);
+        log[5] = contact("can0", damaged_ms, 5, 65_500);
+        let decoded = decode(&log.concat(), "can.log", &[]);
+        let (mut times, mut expected) = (times(&decoded), steady_times(10));
+        times.remove(5);
+        expected.remove(5);
+        assert_eq!(times, expected, "{damaged_ms}");
+        let report = decoded.report;
+        let problems: u64 = report.problems.values().sum();
+        // Up to a quarter of a turn a frame may be late.
+        let is_noticed = damaged_ms != 900;
+        assert_eq!(problems > 0, is_noticed, "{damaged_ms}: {problems}");
+        assert_eq!((report.missing, report.rows), (0, 10));
+    }
+}
+
+#[test]
+fn lines_out_of_order_keep_their_times_and_are_a_problem() {
+    for (from, to) in [(5, 6), (3, 8)] {
+        let mut log = steady(10);
+        let (line, mut expected) = (log.remove(from), steady_times(10));
+        log.insert(to, line);
+        let time = expected.remove(from);
+        expected.insert(to, time);
+        let decoded = decode(&log.concat(), "can.log", &[]);
+        assert_eq!(times(&decoded), expected);
+        let report = decoded.report;
+        let problem = ("contacts_out_of_order".to_owned(), 1);
+        assert_eq!(report.problems, [problem].into());
+        assert_eq!((report.gaps, report.missing, report.rows), (1, 1, 10));
+    }
+}
+
+#[test]
+fn a_clock_of_the_log_that_is_set_costs_one_problem_and_no_turn() {
+    // Forwards by an hour and some, which are no whole turns; backwards by half a minute.
+    for (set_ms, problem) in [
+        (3_600_300_i64, "times_against_the_log"),
+        (-30_000, "clock_of_the_log_set"),
+    ] {
+        let log = (0..10_u16).map(|k| {
+            let set = if k < 5 { 0 } else { set_ms };
+            let log_ms = (1_000_000 + i64::from(k) + set).unsigned_abs();
+            contact("can0", log_ms, k as u8, 100 * k)
+        });
+        let decoded = decode(&log.collect::<String>(), "can.log", &[]);
+        let report = &decoded.report;
+        assert_eq!(report.problems, [(problem.to_owned(), 1)].into());
+        let times = times(&decoded);
+        let mut pairs = times.windows(2).skip(5);
+        assert!(pairs.all(|pair| pair[1] == pair[0] + 1_000));
+    }
+}
+
+#[test]
+fn a_line_that_stands_twice_is_one_row_and_nothing_is_missing() {
+    let mut log = steady(10);
+    log.insert(6, log[5].clone());
+    log.insert(7, contact("can0", 1_006, 5, 65_500));
+    let decoded = decode(&log.concat(), "can.log", &[]);
+    assert_eq!(times(&decoded), steady_times(10));
+    let report = decoded.report;
+    assert_eq!((report.duplicates, report.missing, report.gaps), (2, 0, 0));
+    assert!(report.problems.is_empty());
+    let text = report.to_string();
+    assert!(text.contains("\nmissing  0 in 0 gaps, 2 duplicates\n"));
+}
+
+#[test]
+fn the_same_number_at_another_time_is_a_gap_of_255_and_no_duplicate() {
+    // The second is a whole turn of the short clock later, as the log's clock shows.
+    for (log_ms, step) in [(257, 25_700), (656, 100)] {
+        let log = [contact("can0", 1, 7, 100), contact("can0", log_ms, 7, step)];
+        let report = decode(&log.concat(), "can.log", &[]).report;
+        assert_eq!((report.duplicates, report.missing), (0, 255));
+    }
+}
+
+#[test]
+fn missing_frames_are_counted_per_foot_and_across_the_wrap() {
+    let log = [
+        contact("can0", 1, 254, 100),
+        contact("can1", 1, 7, 100),
+        contact("can0", 2, 1, 200),
+        contact("can1", 2, 8, 200),
+    ];
+    let report = decode(&log.concat(), "can.log", &[]).report;
+    assert_eq!((report.gaps, report.missing, report.rows), (1, 2, 4));
+}
+
+#[test]
+fn a_foot_that_starts_anew_begins_another_segment() {
+    let boot_up = |id: u16| format!("(1.500000) can0 {id:03X}#00\n");
+    // The same ids on another bus, and another foot, have not started again.
+    let mut log = vec![boot_up(0x711), contact("can1", 1_000, 7, 100)];
+    log.extend(steady(3));
+    log.extend([boot_up(0x711), boot_up(0x712)]);
+    // On the old clock this would be a time that the log contradicts, and 254 missing.
+    log.extend([
+        contact("can0", 1_600, 1, 5_000),
+        contact("can0", 1_601, 2, 5_100),
+    ]);
+    log.push(contact("can1", 1_001, 8, 200));
+    let decoded = decode(&log.concat(), "can.log", &[]);
+    let rows = decoded.rows.iter();
+    let rows: Vec<_> = rows.map(|row| (row.segment, row.sequence)).collect();
+    assert_eq!(
+        rows,
+        [(0, 7), (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (0, 8)]
+    );
+    assert_eq!(times(&decoded)[4..], [50_000, 51_000, 2_000]);
+    let report = decoded.report;
+    assert_eq!((report.restarts, report.missing), (1, 0));
+    assert!(report.problems.is_empty());
+    assert_eq!(report.longest_step_s, Some(0.001));
+    assert!(report.to_string().contains("\nrestarts 1\n"));
+}
+
+#[test]
+fn rows_tell_on_which_bus_their_foot_is() {
+    let log = [contact("can0", 1, 0, 100), contact("can1", 1, 0, 100)];
+    let decoded = decode(&log.concat(), "can.log", &[]);
+    let interfaces = decoded.rows.iter().map(|row| row.interface.as_deref());
+    assert!(interfaces.eq([Some("can0"), Some("can1")]));
+}
+
+#[test]
+fn other_devices_are_no_feet_unless_they_are_said_to_be() {
+    // Of node 33: boot-up, a contact, axes, health, an emergency and two of SDO.
+    let mut log = String::new();
+    for id in [0x721, 0x1A1, 0x2A1, 0x4A1, 0xA1, 0x5A1, 0x621] {
+        log += &format!("(1.000000) can0 {id:03X}#0000000000000000\n");
+    }
+    let decoded = decode(&log, "can.log", &[]);
+    assert_eq!(decoded.rows, []);
+    assert_eq!(decoded.report.frames, [("of_other_nodes", 7)].into());
+    assert!(decoded.report.emergencies.is_empty());
+    assert_eq!(
+        decoded.notices,
+        [
+            "can.log: no foot of the ids 17 to 22 has sent a contact, but node 33 may be one: --node 33"
+        ]
+    );
+    let decoded = decode(&log, "can.log", &[NODE_33]);
+    assert_eq!(decoded.rows.len(), 1);
+    assert_eq!(decoded.rows[0].node, Some(NODE_33));
+    assert_eq!(decoded.report.frames.get("of_other_nodes"), None);
+    assert!(decoded.notices.is_empty());
+    // Beside a foot there is nothing to say.
+    let decoded = decode(&(log + &contact("can0", 1, 0, 0)), "can.log", &[]);
+    assert!(decoded.rows.len() == 1 && decoded.notices.is_empty());
+}
+
+#[test]
+fn a_broken_line_is_named_and_passed_over() {
+    let log = [
+        contact("can0", 1, 0, 0),
+        "(1.2) x\n".to_owned(),
+        contact("can0", 2, 1, 100),
+    ];
+    let decoded = decode(&log.concat(), "can.log", &[]);
+    assert_eq!(decoded.rows.len(), 2);
+    assert_eq!(
+        decoded.notices,
+        [
+            "can.log, line 2: \"(1.2) x\" is no line of candump -l, which are like (1609459200.000111) can0 191#FFFF80800C0007D8"
+        ]
+    );
+    let decoded = decode(&"x\n".repeat(1000), "can.log", &[]);
+    assert_eq!(decoded.report.problems["malformed_lines"], 1000);
+    assert_eq!(decoded.notices.len(), 11);
+    assert_eq!(
+        decoded.notices[10],
+        "can.log: 990 more lines are none of candump -l"
+    );
+}
+
+#[test]
+fn frames_that_lost_their_contact_go_into_no_row() {
+    let axes = Axes {
+        timestamp: ShortTime(300),
+        ..Axes::default()
+    };
+    let frame = CanFrame::new(0x291, &axes.encode()).unwrap();
+    let at = Timestamp::from_micros(3000);
+    let axes = format!("{}\n", Logged { at, frame }.line("can0"));
+    let decoded = decode(
+        &[contact("can0", 1, 0, 100), axes.clone()].concat(),
+        "can.log",
+        &[],
+    );
+    assert_eq!(decoded.rows[0].axes, None);
+    assert_eq!(decoded.report.problems["frames_without_their_contact"], 1);
+    let decoded = decode(&[contact("can0", 1, 0, 300), axes].concat(), "can.log", &[]);
+    assert!(decoded.rows[0].axes.is_some() && decoded.report.problems.is_empty());
+}
+
+#[test]
+fn other_frames_are_counted_by_what_they_are() {
+    let log = "(1.000000) can0 000#0111\n(1.000000) can0 080#\n(1.000000) can0 711#00\n\
+               (1.000000) can0 711#05\n(1.000000) can0 611#4018100400000000\n\
+               (1.000000) can0 211#00000000\n(1.000000) can0 7E5#04\n\
+               (1.000000) can0 191#0000\n(1.000000) can0 18DAF110#00\n\
+               (1.000000) can0 123#R\n(1.000000) can0 123##100\n\
+               (1.000000) can0 20000004#0004000000000000\n(1.000000) can0 7FF#00\n\
+               (1.000000) can0 091#0170810000000000\n";
+    let report = decode(log, "can.log", &[]).report;
+    for kind in [
+        "nmt",
+        "sync",
+        "boot_up",
+        "heartbeat",
+        "sdo_request",
+        "load",
+        "lss",
+        "not_of_a_foot",
+        "emergency",
+        "extended",
+        "remote",
+        "fd",
+        "error_frame",
+    ] {
+        assert_eq!(report.frames.get(kind), Some(&1), "{kind}");
+    }
+    assert_eq!(report.problems["contact_of_wrong_length"], 1);
+    assert_eq!(report.emergencies[0].fault, "sensor silent");
+}

@@ -1,0 +1,149 @@
+//! How a result gets to disk, and why it may not.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// Why a result could not be written.
+#[derive(Debug, Error)]
+pub enum OutputError {
+    /// The directory it should go to does not exist.
+    #[error("{file} cannot be written: there is no directory {directory}")]
+    NoDirectory {
+        /// The result, as it was named.
+        file: String,
+        /// The missing directory.
+        directory: String,
+    },
+    /// The result would take the place of the recording it is made from.
+    #[error("{file} cannot be written: it is the recording itself")]
+    OverInput {
+        /// The result, as it was named.
+        file: String,
+    },
+    /// Two results would go into one file.
+    #[error("{file} cannot be written: it is named for the table and for the picture")]
+    SameFile {
+        /// The second result, as it was named.
+        file: String,
+    },
+    /// Two pictures would go into one file.
+    #[error("{file} cannot be written: it is named for both pictures")]
+    SamePicture {
+        /// The second picture, as it was named.
+        file: String,
+    },
+    /// There is a directory of that name.
+    #[error("{file} cannot be written: it is a directory")]
+    IsDirectory {
+        /// The result, as it was named.
+        file: String,
+    },
+    /// There is a file where the results' directory should be.
+    #[error("{file} is a file, but results go into a directory")]
+    NotADirectory {
+        /// The directory, as it was named.
+        file: String,
+    },
+    /// A picture has the name of something else.
+    #[error("{file} cannot be written: pictures are SVG, so the name must end in .svg")]
+    NotSvg {
+        /// The picture, as it was named.
+        file: String,
+    },
+    /// Something else went wrong.
+    #[error("{file} cannot be written: {source}")]
+    Unwritable {
+        /// The result, as it was named.
+        file: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
+}
+
+/// Writes a file so that it appears under its name when it is complete, and not at all where
+/// something fails.
+///
+/// # Errors
+/// The directory is missing, or the file cannot be written.
+pub fn write_file(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let file = path.display().to_string();
+    if let Some(directory) = directory_of(path).filter(|directory| !directory.is_dir()) {
+        return Err(OutputError::NoDirectory {
+            file,
+            directory: directory.display().to_string(),
+        });
+    }
+    written(path, content).map_err(|source| OutputError::Unwritable { file, source })
+}
+
+/// The directory that a path names, where it names one.
+#[must_use]
+pub fn directory_of(path: &Path) -> Option<&Path> {
+    path.parent()
+        .filter(|parent| !parent.as_os_str().is_empty())
+}
+
+fn written(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    if path.exists() && !path.is_file() {
+        // A pipe or a terminal cannot be replaced by a file, and must not be.
+        return filled(File::options().write(true).open(path)?, content);
+    }
+    // Where the name is a link, what it points to is replaced, not the link.
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let unfinished = unfinished(&path);
+    let result = File::create(&unfinished)
+        .and_then(|file| filled(file, content))
+        .and_then(|()| fs::rename(&unfinished, &path));
+    if result.is_err() {
+        // The first error counts; that nothing could be tidied up adds nothing to it.
+        let _ = fs::remove_file(&unfinished);
+    }
+    result
+}
+
+fn filled(file: File, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut buffer = BufWriter::new(file);
+    content(&mut buffer)?;
+    buffer.flush()
+}
+
+/// The name of a file that is being written, next to where it belongs.
+fn unfinished(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_halfway_leaves_what_was_there_before() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("out.csv");
+        fs::write(&path, "before").unwrap();
+        let result = write_file(&path, |to| {
+            to.write_all(b"half")?;
+            Err(io::Error::other("disk full"))
+        });
+        assert!(result.is_err());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "before");
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_missing_directory_is_named() {
+        let error = write_file(Path::new("no/such/place/out.csv"), |_| Ok(())).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "no/such/place/out.csv cannot be written: there is no directory no/such/place"
+        );
+    }
+}

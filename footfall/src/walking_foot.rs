@@ -1,0 +1,244 @@
+//! The foot of the demo: the firmware's own [`Foot`], fed with the samples of a simulated walk, and
+//! all that it sends.
+//!
+//! Each millisecond has what it has on a board: the sample of its data-ready edge, the load from the
+//! robot's control over CAN, [`Foot::tick`], and ports from which everything is taken at once.
+
+use estimator_core::{ContactEstimate, ParamsError, Timestamp};
+use firmware::ports::Input;
+use firmware::sampling::{Activity, Measurement, Tick};
+use firmware::{Foot, Ports, Start};
+use gait::Simulation;
+use gait::record::TICK_US;
+use wire::dictionary::index;
+use wire::{Address, CanFrame, Settings, Value, pdo};
+
+use crate::can_log::Logged;
+
+/// Time 0 of the foot's clock in logs, which need a date: the first of January 2021, µs.
+pub const EPOCH_US: u64 = 1_609_459_200_000_000;
+
+/// Name of the CAN interface in logs.
+pub const INTERFACE: &str = "can0";
+
+/// Time of a frame of 8 bytes on a bus of 1 Mbit/s, µs: 111 bits, stuff bits not counted.
+const FRAME_US: u64 = 111;
+
+/// The value of the load's source for RPDO1.
+const LOAD_OVER_CAN: Value = Value::U8(2);
+
+/// Everything that a foot has estimated and sent.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Transmission {
+    /// One per sample.
+    pub estimates: Vec<ContactEstimate>,
+    /// On CAN, in the order of time.
+    pub can: Vec<Logged>,
+    /// On the serial line.
+    pub uart: Vec<u8>,
+}
+
+impl Transmission {
+    /// The CAN frames as a log of `candump -l`.
+    #[must_use]
+    pub fn can_log(&self) -> String {
+        self.can
+            .iter()
+            .map(|logged| format!("{}\n", logged.line(INTERFACE)))
+            .collect()
+    }
+}
+
+/// The default settings, but with the load over CAN: the simulated foot knows it.
+///
+/// # Panics
+/// Never: the dictionary has this value.
+#[must_use]
+pub fn settings() -> Settings {
+    let mut settings = Settings::default();
+    let source = Address::new(index::LOAD_INPUT, 1);
+    settings
+        .set(source, LOAD_OVER_CAN)
+        .expect("the dictionary has it");
+    settings
+}
+
+/// Walks with [`settings`]: one tick per sample.
+///
+/// # Errors
+/// Those of [`walk_with`].
+pub fn walk(simulation: &Simulation) -> Result<Transmission, ParamsError> {
+    walk_with(&settings(), simulation, |_, _| ())
+}
+
+/// Walks with other settings, and with changes to the measurement of each tick, which are counted
+/// from 0.
+///
+/// # Errors
+/// The settings' parameters do not fit each other.
+///
+/// # Panics
+/// Never: each tick takes in the load that was put in before it.
+pub fn walk_with(
+    settings: &Settings,
+    simulation: &Simulation,
+    mut change: impl FnMut(usize, &mut Measurement),
+) -> Result<Transmission, ParamsError> {
+    let mut foot = Foot::new(settings.clone(), switched_on())?;
+    let ports = Ports::new();
+    let mut sent = Transmission::default();
+    let mut bus = Bus::default();
+    let samples = simulation.recording.samples.iter().zip(&simulation.raw);
+    for (index, (sample, raw)) in samples.enumerate() {
+        let mut measurement = Measurement {
+            sample: sample.imu,
+            raw: *raw,
+            activity: Activity::Measuring,
+            fault: None,
+            saturated_for_long: false,
+            restarts: 0,
+        };
+        change(index, &mut measurement);
+        let edge = measurement.sample.timestamp;
+        let tick = Tick {
+            time: Timestamp::from_micros(index as u64 * TICK_US),
+            edge: Some(edge),
+            ..Tick::default()
+        };
+        if let (Some(load), Some(id)) = (sample.load, settings.node_id()) {
+            let id = id.cob_id(pdo::Load::BASE);
+            if let Some(frame) = CanFrame::new(id, &pdo::Load(load.0).encode()) {
+                let taken = ports.try_put(Input::Can(frame, tick.time));
+                assert!(taken, "each tick empties the inputs");
+            }
+        }
+        foot.tick(&tick, &measurement, None, &ports);
+        sent.estimates.push(*foot.estimate());
+        while let Some(frame) = ports.try_next_can() {
+            sent.can.push(bus.carry(edge, frame));
+        }
+        while let Some(frame) = ports.try_next_uart() {
+            sent.uart.extend_from_slice(frame.as_bytes());
+        }
+    }
+    Ok(sent)
+}
+
+/// The start of a board that is switched on, with its brown-out reset at the highest level.
+fn switched_on() -> Start {
+    Start {
+        serial: 1,
+        brown_out_level: 3,
+        ..Start::default()
+    }
+}
+
+/// A bus with one sender: one frame after the other, stamped when it is complete.
+#[derive(Default)]
+struct Bus {
+    free_us: u64,
+}
+
+impl Bus {
+    fn carry(&mut self, at: Timestamp, frame: CanFrame) -> Logged {
+        self.free_us = self.free_us.max(at.as_micros()) + FRAME_US;
+        Logged {
+            at: Timestamp::from_micros(EPOCH_US + self.free_us),
+            frame,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decode::decode;
+    use crate::decode::report::BoardReport;
+    use estimator_core::{Saturation, Validity};
+    use firmware::imu::default_params;
+    use gait::{GaitName, Ground, Plan, SensorParams, simulate};
+    use recordings::replay::replay;
+    use wire::{Counter, Pdo};
+
+    /// A foot that stands for a second.
+    fn standing() -> Simulation {
+        let plan = Plan::steady(GaitName::Stand, Ground::Hard, 1.0, 1);
+        simulate(&plan, &SensorParams::LSM6DSOX, 1)
+    }
+
+    fn sent(change: impl FnMut(usize, &mut Measurement)) -> Transmission {
+        walk_with(&settings(), &standing(), change).expect("valid settings")
+    }
+
+    #[test]
+    fn a_second_brings_what_the_dictionarys_defaults_say_after_the_boot_up() {
+        let transmission = sent(|_, _| ());
+        let frames: Vec<_> = transmission.can.iter().map(|logged| logged.frame).collect();
+        assert_eq!((frames[0].id(), frames[0].data()), (0x711, &[0][..]));
+        for pdo in Pdo::ALL {
+            let expected = 1000 / usize::from(pdo.default_period_ms());
+            let count = frames
+                .iter()
+                .filter(|frame| Pdo::from_cob_id(frame.id()).is_some_and(|(sent, _)| sent == pdo));
+            assert_eq!(count.count(), expected, "{}", pdo.name());
+        }
+        let heartbeats = frames.iter().filter(|frame| frame.id() == 0x711).count() - 1;
+        assert_eq!(heartbeats, 2);
+        assert!(
+            transmission
+                .can
+                .windows(2)
+                .all(|pair| pair[0].at < pair[1].at)
+        );
+        let log = transmission.can_log();
+        let first = log.lines().next();
+        assert!(
+            first.is_some_and(
+                |line| line.starts_with("(1609459200.000") && line.ends_with(" can0 711#00")
+            ),
+            "{first:?}"
+        );
+    }
+
+    #[test]
+    fn the_foot_estimates_what_a_replay_of_its_samples_does() {
+        let walk = simulate(&Plan::demo(1), &SensorParams::LSM6DSOX, 1);
+        let replayed = replay(&walk.recording, &default_params()).expect("the preset");
+        assert!(super::walk(&walk).expect("valid settings").estimates == replayed);
+    }
+
+    /// The last health message of a second on the serial line.
+    fn health_after(change: impl FnMut(usize, &mut Measurement)) -> BoardReport {
+        let decoded = decode(&sent(change).uart, "uart.bin", &[]).expect("a recording");
+        decoded.report.board.expect("a health message")
+    }
+
+    #[test]
+    fn samples_are_counted_by_their_validity() {
+        let health = health_after(|index, measurement| {
+            measurement.sample.validity = match index {
+                500 => Validity::Stale,
+                510 | 520 => Validity::Invalid,
+                530 => Validity::Saturated(Saturation::Both),
+                _ => Validity::Valid,
+            };
+        });
+        let count = |counter: Counter| health.counters[counter.name()];
+        let ticks = count(Counter::Ticks);
+        assert_eq!(ticks, 1000);
+        assert_eq!(count(Counter::MissedSamples), 3);
+        assert_eq!(count(Counter::SaturatedSamples), 1);
+        assert_eq!(count(Counter::ValidSamples), ticks - 4);
+    }
+
+    #[test]
+    fn health_has_the_stage_and_a_temperature_only_where_there_is_one() {
+        let health = health_after(|_, _| ());
+        assert_eq!((health.stage, health.temperature), ("running", Some(25.0)));
+        let health = health_after(|_, measurement| {
+            measurement.raw = None;
+            measurement.sample.validity = Validity::Invalid;
+        });
+        assert_eq!((health.stage, health.temperature), ("hold_still", None));
+    }
+}

@@ -1,0 +1,139 @@
+//! A number that changes with time, together with its first two derivatives.
+//!
+//! Every closed form of the motion is written once, in jets; velocity and acceleration then
+//! follow from the position by the rules of calculus and cannot disagree with it.
+//!
+//! Exponential, sine and cosine come from the `libm` crate and not from the platform, so that
+//! the bits are the same on every machine.
+
+use std::ops::{Add, AddAssign, Mul, Sub};
+
+/// Value, first and second derivative with respect to time in s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Jet {
+    /// The value, in whatever unit the quantity has.
+    pub value: f64,
+    /// First derivative, in that unit per s.
+    pub rate: f64,
+    /// Second derivative, in that unit per s².
+    pub acceleration: f64,
+}
+
+impl Jet {
+    /// What does not change.
+    pub const fn constant(value: f64) -> Self {
+        Self::moving(value, 0.0)
+    }
+
+    /// What changes steadily.
+    pub const fn moving(value: f64, rate: f64) -> Self {
+        Self {
+            value,
+            rate,
+            acceleration: 0.0,
+        }
+    }
+
+    /// Chain rule: f(self), given f, f′ and f″ at the value.
+    fn chain(self, f: f64, first: f64, second: f64) -> Self {
+        Self {
+            value: f,
+            rate: first * self.rate,
+            acceleration: second * (self.rate * self.rate) + first * self.acceleration,
+        }
+    }
+
+    /// e to the power of `self`.
+    pub fn exp(self) -> Self {
+        let exp = libm::exp(self.value);
+        self.chain(exp, exp, exp)
+    }
+
+    /// Sine and cosine of `self` in rad.
+    pub fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = libm::sincos(self.value);
+        (self.chain(sin, cos, -sin), self.chain(cos, -sin, -cos))
+    }
+
+    /// The third power.
+    pub fn cubed(self) -> Self {
+        self * self * self
+    }
+}
+
+impl Add for Jet {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            rate: self.rate + other.rate,
+            acceleration: self.acceleration + other.acceleration,
+        }
+    }
+}
+
+impl AddAssign for Jet {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Sub for Jet {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self + other * -1.0
+    }
+}
+
+impl Mul for Jet {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            rate: self.rate * other.value + self.value * other.rate,
+            acceleration: self.acceleration * other.value
+                + 2.0 * (self.rate * other.rate)
+                + self.value * other.acceleration,
+        }
+    }
+}
+
+impl Mul<f64> for Jet {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self {
+            value: self.value * factor,
+            rate: self.rate * factor,
+            acceleration: self.acceleration * factor,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn assert_close(actual: f64, expected: f64) {
+        assert!((actual - expected).abs() < 1e-12, "{actual} ≠ {expected}");
+    }
+
+    #[test]
+    fn the_derivatives_are_those_of_calculus() {
+        let t = 0.7_f64;
+        let time = Jet::moving(t, 1.0);
+
+        let cube = time.cubed();
+        assert_close(cube.rate, 3.0 * t * t);
+        assert_close(cube.acceleration, 6.0 * t);
+
+        // e^(−2t) sin(5t): the ringing of a damped spring.
+        let ring = (time * -2.0).exp() * (time * 5.0).sin_cos().0;
+        let (e, s, c) = ((-2.0 * t).exp(), (5.0 * t).sin(), (5.0 * t).cos());
+        assert_close(ring.value, e * s);
+        assert_close(ring.rate, e * (5.0 * c - 2.0 * s));
+        assert_close(ring.acceleration, e * ((4.0 - 25.0) * s - 20.0 * c));
+
+        let difference = Jet::constant(1.0) - (time * 5.0).sin_cos().1;
+        assert_close(difference.acceleration, 25.0 * c);
+    }
+}

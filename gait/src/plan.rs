@@ -1,0 +1,395 @@
+//! Plans: which steps a foot takes, on which ground, with a variation that comes from a seed.
+
+use std::fmt;
+use std::ops::Range;
+use std::str::FromStr;
+
+use crate::random::{Random, Stream};
+use crate::step::{Sinking, Slip, Spring, Step, TouchDown, Tremor};
+
+/// The seed of the walk that `footfall demo` shows, and that is scored as one of the sets.
+pub const DEMO_SEED: u64 = 1;
+
+/// What is under the foot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ground {
+    /// A firm floor with grip: a short, hard landing, then rest.
+    Hard,
+    /// The same floor without grip: the loaded foot slides.
+    Greased,
+    /// A mat or soil: a soft landing, then the foot sinks and rocks before it rests.
+    Soft,
+}
+
+impl fmt::Display for Ground {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Hard => "hard",
+            Self::Greased => "greased",
+            Self::Soft => "soft",
+        })
+    }
+}
+
+/// The gaits that have a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GaitName {
+    /// Standing still: no steps at all.
+    Stand,
+    /// A slow walk: a stride of 0.9 s, 62 % of it in stance.
+    Walk,
+    /// A trot: a stride of 0.52 s, 54 % of it in stance.
+    Trot,
+    /// A run: a stride of 0.42 s, 38 % of it in stance, with landings beyond ±16 g.
+    Run,
+}
+
+impl GaitName {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Stand, Self::Walk, Self::Trot, Self::Run];
+
+    /// The name as people write it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stand => "stand",
+            Self::Walk => "walk",
+            Self::Trot => "trot",
+            Self::Run => "run",
+        }
+    }
+
+    const fn style(self) -> Option<Style> {
+        match self {
+            Self::Stand => None,
+            Self::Walk => Some(Style::WALK),
+            Self::Trot => Some(Style::TROT),
+            Self::Run => Some(Style::RUN),
+        }
+    }
+}
+
+impl fmt::Display for GaitName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for GaitName {
+    type Err = UnknownGait;
+
+    fn from_str(name: &str) -> Result<Self, UnknownGait> {
+        let known = Self::ALL.into_iter().find(|gait| gait.name() == name);
+        known.ok_or_else(|| UnknownGait(name.to_owned()))
+    }
+}
+
+/// A name that belongs to no gait.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownGait(pub String);
+
+impl fmt::Display for UnknownGait {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let known = GaitName::ALL.map(GaitName::name).join(", ");
+        write!(f, "there is no gait `{}`; known are {known}", self.0)
+    }
+}
+
+impl std::error::Error for UnknownGait {}
+
+/// The usual numbers of a gait, for a foot of a Unitree GO1: a quadruped of 12 kg with legs of
+/// about 0.4 m.
+#[derive(Clone, Copy, Debug)]
+struct Style {
+    /// s.
+    swing: f64,
+    /// With the peel, s.
+    contact: f64,
+    /// s.
+    peel: f64,
+    /// m.
+    length: f64,
+    /// m.
+    clearance: f64,
+    /// rad.
+    pitch_swing: f64,
+    /// m/s.
+    landing_speed: f64,
+    /// In mid-stance, N: the weight of 118 N on as many feet as stand at a time.
+    load: f64,
+    /// s.
+    load_change: f64,
+}
+
+impl Style {
+    const WALK: Self = Self {
+        swing: 0.34,
+        contact: 0.56,
+        peel: 0.045,
+        length: 0.12,
+        clearance: 0.045,
+        pitch_swing: 0.45,
+        landing_speed: 0.40,
+        load: 45.0,
+        load_change: 0.09,
+    };
+
+    const TROT: Self = Self {
+        swing: 0.24,
+        contact: 0.28,
+        peel: 0.035,
+        length: 0.16,
+        clearance: 0.05,
+        pitch_swing: 0.42,
+        landing_speed: 0.45,
+        load: 60.0,
+        load_change: 0.075,
+    };
+
+    const RUN: Self = Self {
+        swing: 0.26,
+        contact: 0.16,
+        peel: 0.025,
+        length: 0.25,
+        clearance: 0.05,
+        pitch_swing: 0.5,
+        landing_speed: 0.65,
+        load: 110.0,
+        load_change: 0.06,
+    };
+
+    fn step(&self, ground: Ground, random: &mut Random) -> Step {
+        let vary = |value: f64, random: &mut Random| value * random.uniform(0.95..1.05);
+        let stance = vary(self.contact - self.peel, random);
+        Step {
+            peel: vary(self.peel, random),
+            swing: vary(self.swing, random),
+            stance,
+            travel: [
+                self.length * random.uniform(0.85..1.15),
+                random.uniform(-0.01..0.01),
+            ],
+            clearance: self.clearance * random.uniform(0.9..1.1),
+            pitch_swing: self.pitch_swing * random.uniform(0.9..1.1),
+            // A floor is flat to a degree or two, and so is the foot's ankle.
+            tilt: [0.03, 0.04, 0.03].map(|limit| random.uniform(-limit..limit)),
+            touch_down: match ground {
+                Ground::Hard | Ground::Greased => hard_landing(self.landing_speed, random),
+                Ground::Soft => soft_landing(self.landing_speed, random),
+            },
+            sinking: match ground {
+                Ground::Hard | Ground::Greased => None,
+                Ground::Soft => Some(Sinking {
+                    depth: random.uniform(0.006..0.012),
+                    duration: random.uniform(0.18..0.24),
+                    lean: [random.uniform(-0.04..0.04), random.uniform(-0.05..0.05)],
+                }),
+            },
+            slips: match ground {
+                Ground::Greased => vec![slip(0.25 * stance..0.8 * stance, random)],
+                Ground::Hard | Ground::Soft => Vec::new(),
+            },
+            tremor: Tremor {
+                frequency: random.uniform(7.0..14.0),
+                acceleration: random.uniform(0.03..0.08),
+                rate: random.uniform(0.003..0.008),
+            },
+            load: vary(self.load, random),
+            load_change: self.load_change,
+        }
+    }
+}
+
+/// A rubber foot on a floor: at walking and trotting speeds the deceleration peaks at 9 g to
+/// 25 g.
+fn hard_landing(speed: f64, random: &mut Random) -> TouchDown {
+    TouchDown {
+        speed: speed * random.uniform(0.85..1.15),
+        scuff: [random.uniform(-0.02..0.12), random.uniform(-0.03..0.03)],
+        turn: [random.uniform(-0.6..0.6), random.uniform(-1.5..1.5)],
+        vertical: Spring {
+            frequency: random.uniform(46.0..78.0),
+            damping: random.uniform(0.28..0.38),
+        },
+        tangential: Spring {
+            frequency: random.uniform(40.0..60.0),
+            damping: random.uniform(0.4..0.5),
+        },
+        rotational: Spring {
+            frequency: random.uniform(28.0..36.0),
+            damping: random.uniform(0.45..0.55),
+        },
+    }
+}
+
+/// A mat: some 4 g, and a rocking of a few degrees that takes a quarter of a second to settle.
+fn soft_landing(speed: f64, random: &mut Random) -> TouchDown {
+    TouchDown {
+        speed: speed * random.uniform(0.75..1.0),
+        scuff: [random.uniform(0.0..0.08), random.uniform(-0.03..0.03)],
+        turn: [random.uniform(-0.5..0.5), random.uniform(-0.9..0.9)],
+        vertical: Spring {
+            frequency: random.uniform(9.0..13.0),
+            damping: random.uniform(0.5..0.6),
+        },
+        tangential: Spring {
+            frequency: random.uniform(8.0..12.0),
+            damping: random.uniform(0.5..0.6),
+        },
+        rotational: Spring {
+            frequency: random.uniform(5.0..7.0),
+            damping: random.uniform(0.4..0.5),
+        },
+    }
+}
+
+/// A slide over the given time after touch-down: backwards, as a foot that pushes off loses its
+/// hold, at a top speed of 0.2 m/s to 0.5 m/s.
+fn slip(when: Range<f64>, random: &mut Random) -> Slip {
+    let duration = when.end - when.start;
+    Slip {
+        onset: when.start,
+        duration,
+        distance: duration * random.uniform(0.12..0.26),
+        heading: std::f64::consts::PI + random.uniform(-0.7..0.7),
+        twist: random.uniform(-0.15..0.15),
+        chatter: random.uniform(3.0..8.0),
+        chatter_frequency: random.uniform(35.0..70.0),
+    }
+}
+
+/// How long a foot stands before its first step, s: an attitude filter aligns meanwhile.
+const STANDING_BEFORE: f64 = 2.0;
+
+/// How long the demo stands after its last touch-down, s.
+const STANDING_AFTER: f64 = 1.2;
+
+/// What a foot will do: it stands, takes its steps, and stands on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Where a recording of it says it comes from.
+    pub name: String,
+    /// Standing still at the beginning, s.
+    pub standing: f64,
+    /// In order of time. After the last touch-down the foot stays where it is.
+    pub steps: Vec<Step>,
+    /// From the beginning to the end of the recording, s.
+    pub duration: f64,
+}
+
+impl Plan {
+    /// A walk of about 14 s: firm ground, a greased patch of three steps, a soft mat of three
+    /// steps, and firm ground again.
+    #[must_use]
+    pub fn demo(seed: u64) -> Self {
+        let mut random = Random::new(seed, Stream::Steps);
+        let grounds = [Ground::Hard, Ground::Greased, Ground::Soft, Ground::Hard];
+        let mut steps: Vec<Step> = grounds
+            .into_iter()
+            .flat_map(|ground| [ground; 3])
+            .map(|ground| Style::WALK.step(ground, &mut random))
+            .collect();
+        // The patch shows three ways to slip, by shares of the stance: from a good stance and
+        // caught again, twice, and from the landing until the foot is lifted.
+        let ways: [&[Range<f64>]; 3] = [&[0.42..0.78], &[0.15..0.45, 0.60..0.85], &[0.10..1.0]];
+        for (step, ways) in steps[3..6].iter_mut().zip(ways) {
+            let share = |way: &Range<f64>| way.start * step.stance..way.end * step.stance;
+            step.slips = ways
+                .iter()
+                .map(|way| slip(share(way), &mut random))
+                .collect();
+        }
+        let moving: f64 = steps.iter().map(Step::duration).sum();
+        Self {
+            name: format!("demo walk, seed {seed}"),
+            standing: STANDING_BEFORE,
+            steps,
+            duration: STANDING_BEFORE + moving + STANDING_AFTER,
+        }
+    }
+
+    /// A gait on one kind of ground for a number of seconds, the standing at the beginning
+    /// included. The recording ends wherever the foot then is. `seconds` is finite.
+    #[must_use]
+    pub fn steady(gait: GaitName, ground: Ground, seconds: f64, seed: u64) -> Self {
+        let mut random = Random::new(seed, Stream::Steps);
+        let mut steps = Vec::new();
+        if let Some(style) = gait.style() {
+            let mut end = STANDING_BEFORE;
+            while end < seconds {
+                let step = style.step(ground, &mut random);
+                end += step.duration();
+                steps.push(step);
+            }
+        }
+        Self {
+            name: format!("{gait} on {ground} ground, seed {seed}"),
+            standing: STANDING_BEFORE,
+            steps,
+            duration: seconds,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_gait_is_found_by_its_name() {
+        for gait in GaitName::ALL {
+            assert_eq!(gait.to_string().parse(), Ok(gait));
+        }
+    }
+
+    #[test]
+    fn an_unknown_gait_is_answered_with_the_known_ones() {
+        let error = "gallop".parse::<GaitName>().expect_err("not a gait");
+        assert_eq!(
+            error.to_string(),
+            "there is no gait `gallop`; known are stand, walk, trot, run"
+        );
+    }
+
+    #[test]
+    fn the_demo_visits_all_grounds_in_twelve_to_fifteen_seconds() {
+        for seed in 0..20 {
+            let plan = Plan::demo(seed);
+            assert!((12.0..15.5).contains(&plan.duration), "{}", plan.duration);
+            assert!(plan.standing >= 1.5);
+            let slips: Vec<usize> = plan.steps.iter().map(|step| step.slips.len()).collect();
+            assert_eq!(slips, [0, 0, 0, 1, 2, 1, 0, 0, 0, 0, 0, 0]);
+            let soft = plan.steps.iter().map(|step| step.sinking.is_some());
+            assert_eq!(soft.clone().filter(|soft| *soft).count(), 3);
+            assert!(soft.skip(6).take(3).all(|soft| soft));
+        }
+    }
+
+    #[test]
+    fn no_two_steps_are_the_same_and_a_seed_repeats_them() {
+        let plan = Plan::steady(GaitName::Trot, Ground::Hard, 10.0, 3);
+        for (one, next) in plan.steps.iter().zip(&plan.steps[1..]) {
+            assert_ne!(one, next);
+        }
+        assert_eq!(plan, Plan::steady(GaitName::Trot, Ground::Hard, 10.0, 3));
+        assert_ne!(plan, Plan::steady(GaitName::Trot, Ground::Hard, 10.0, 4));
+    }
+
+    #[test]
+    fn a_steady_gait_walks_until_the_recording_ends() {
+        let plan = Plan::steady(GaitName::Run, Ground::Soft, 30.0, 1);
+        let walked: f64 = plan.steps.iter().map(Step::duration).sum();
+        assert!(plan.standing + walked >= 30.0);
+        assert_eq!(plan.duration, 30.0);
+        assert_eq!(plan.name, "run on soft ground, seed 1");
+    }
+
+    #[test]
+    fn standing_takes_no_steps() {
+        assert!(
+            Plan::steady(GaitName::Stand, Ground::Hard, 60.0, 1)
+                .steps
+                .is_empty()
+        );
+    }
+}

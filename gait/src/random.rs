@@ -1,0 +1,60 @@
+//! Chance with a seed: the same numbers on every machine and from every version of a library.
+//!
+//! Only the raw 64-bit words come from a crate (PCG's `pcg64`, a published algorithm that does
+//! not change); how they become real numbers is written here, because libraries are free to change
+//! theirs.
+
+use std::ops::Range;
+
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+
+/// What the numbers are for. Each use has a stream of its own, so that more draws in one do not
+/// shift the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stream {
+    /// The variation from step to step.
+    Steps = 1,
+    /// What a sensor's specimen is like.
+    Specimen = 2,
+}
+
+/// A seeded source of real numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Random {
+    words: Pcg64,
+}
+
+impl Random {
+    /// The stream of numbers that belongs to `seed` and use.
+    pub fn new(seed: u64, stream: Stream) -> Self {
+        Self {
+            words: Pcg64::new(u128::from(seed), stream as u128),
+        }
+    }
+
+    /// Evenly from [0, 1), in steps of 2⁻⁵³.
+    fn unit(&mut self) -> f64 {
+        const STEP: f64 = 1.0 / (1_u64 << 53) as f64;
+        (self.words.next_u64() >> 11) as f64 * STEP
+    }
+
+    /// Evenly from a range.
+    pub fn uniform(&mut self, range: Range<f64>) -> f64 {
+        range.start + (range.end - range.start) * self.unit()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn streams_and_seeds_are_independent() {
+        let first = |seed, stream| Random::new(seed, stream).unit();
+        let one = first(1, Stream::Steps);
+        assert_eq!(one, first(1, Stream::Steps));
+        assert_ne!(one, first(2, Stream::Steps));
+        assert_ne!(one, first(1, Stream::Specimen));
+    }
+}

@@ -1,0 +1,81 @@
+//! The README's picture, and the figures of the demo.
+
+use estimator_core::{ContactEstimate, Flag};
+use firmware::imu::default_params;
+use footfall::plot;
+use gait::plan::DEMO_SEED;
+use gait::{Activity, Plan, SensorParams, record, simulate};
+use host_tests::committed::{assert_block, assert_current, workspace};
+use recordings::recording::Recording;
+use recordings::replay::replay;
+use scoring::metrics::{Latency, Metrics};
+use scoring::scored::Scored;
+
+/// Limits of the demo's mean P: measured are 0.942 standing, 0.004 swinging and 0.051 slipping.
+const STANDING_P: f64 = 0.93;
+const SWINGING_P: f64 = 0.008;
+const SLIPPING_P: f64 = 0.07;
+
+/// Limit of the demo's RMSE: measured is 0.176.
+const DEMO_RMSE: f64 = 0.18;
+
+fn demo_recording() -> Recording {
+    record(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED)
+}
+
+/// Mean P over the samples of the demo in an activity, after the foot has settled.
+fn mean_while(activity: Activity) -> f64 {
+    let walk = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
+    let estimates = replay(&walk.recording, &default_params()).expect("the preset");
+    let settled = |estimate: &ContactEstimate| !estimate.flags.contains(Flag::Settling);
+    let first = estimates.iter().position(settled).expect("it settles");
+    let of_activity: Vec<f64> = walk.truth[first..]
+        .iter()
+        .zip(&estimates[first..])
+        .filter(|(truth, _)| truth.activity == activity)
+        .map(|(_, estimate)| f64::from(estimate.probabilities.stable))
+        .collect();
+    assert!(of_activity.len() > 500, "{} samples", of_activity.len());
+    of_activity.iter().sum::<f64>() / of_activity.len() as f64
+}
+
+#[test]
+fn the_picture_has_a_high_probability_in_stances_and_a_low_one_in_swings_and_slips() {
+    let standing = mean_while(Activity::Standing);
+    assert!((STANDING_P..=1.0).contains(&standing), "{standing}");
+    let swinging = mean_while(Activity::Swinging);
+    assert!((0.0..=SWINGING_P).contains(&swinging), "{swinging}");
+    let slipping = mean_while(Activity::Slipping);
+    assert!((0.0..=SLIPPING_P).contains(&slipping), "{slipping}");
+}
+
+#[test]
+fn the_picture_is_what_the_demo_draws() {
+    let recording = demo_recording();
+    let estimates = replay(&recording, &default_params()).expect("the preset");
+    let svg = plot::svg(&recording, &estimates).expect("a picture");
+    assert_current(&workspace().join("docs/demo.svg"), &svg);
+}
+
+#[test]
+fn the_demos_figures_are_what_the_demo_prints() {
+    let recording = demo_recording();
+    let estimates = replay(&recording, &default_params()).expect("the preset");
+    let metrics = Metrics::of(&Scored::collect(&recording.samples, &estimates)).expect("labels");
+    assert!(metrics.rmse <= DEMO_RMSE, "{}", metrics.rmse);
+    let latency = |latency: &Latency| {
+        let median_ms = latency.median_s.expect("transitions") * 1e3;
+        format!("{median_ms:.0} ms (median of {})", latency.followed)
+    };
+    let table = format!(
+        "| RMSE | ROC-AUC | F1 at 0.5 | rest to P > 0.5 | motion to P ≤ 0.5 |\n\
+         |---|---|---|---|---|\n\
+         | {:.3} | {:.3} | {:.3} | {} | {} |\n",
+        metrics.rmse,
+        metrics.roc_auc.expect("both labels"),
+        metrics.f1_at_0_5.expect("both labels"),
+        latency(&metrics.latency_on),
+        latency(&metrics.latency_off),
+    );
+    assert_block("docs/evaluation.md", "demo", &table);
+}

@@ -1,0 +1,142 @@
+//! The documents: their links lead somewhere, the code that they name is there, the README is short.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use host_tests::committed::workspace;
+
+const README_LINES: usize = 160;
+
+/// Folders without documents of ours.
+const SKIPPED: [&str; 2] = ["target", ".git"];
+
+/// All Markdown files of the repository.
+fn documents(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("the folder can be read") {
+        let path = entry.expect("the entry can be read").path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() && !SKIPPED.contains(&name.as_ref()) {
+            documents(&path, found);
+        } else if name.ends_with(".md") {
+            found.push(path);
+        }
+    }
+}
+
+/// A link of a document: `[text](target)`.
+struct Link<'a> {
+    text: &'a str,
+    target: &'a str,
+}
+
+fn links(text: &str) -> Vec<Link<'_>> {
+    let ends = text.match_indices("](");
+    let link = |(middle, _): (usize, &str)| {
+        let begin = text[..middle].rfind('[')?;
+        let rest = &text[middle + 2..];
+        let end = rest.find(')')?;
+        Some(Link {
+            text: &text[begin + 1..middle],
+            target: &rest[..end],
+        })
+    };
+    ends.filter_map(link).collect()
+}
+
+/// The anchor that a heading has: lower case, spaces as hyphens, without punctuation.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim().to_lowercase();
+    let kept = kept.chars().filter_map(|letter| match letter {
+        ' ' => Some('-'),
+        '-' | '_' => Some(letter),
+        letter if letter.is_alphanumeric() => Some(letter),
+        _ => None,
+    });
+    kept.collect()
+}
+
+fn has_anchor(document: &str, wanted: &str) -> bool {
+    let headings = document.lines().filter(|line| line.starts_with('#'));
+    let mut anchors = headings.map(|line| anchor(line.trim_start_matches('#')));
+    anchors.any(|anchor| anchor == wanted)
+}
+
+/// The last name of a path of code: `tick` of `Foot::tick`. Nothing for a file or other text.
+fn code_name(text: &str) -> Option<&str> {
+    let path = text.strip_prefix('`')?.strip_suffix('`')?;
+    let name = path.rsplit("::").next()?;
+    let is_name = |letter: char| letter.is_alphanumeric() || letter == '_';
+    (path.contains("::") && name.chars().all(is_name)).then_some(name)
+}
+
+/// What is wrong with a link from a document.
+fn problem(from: &Path, link: &Link<'_>) -> Option<String> {
+    if link.target.starts_with("http") {
+        return None;
+    }
+    let (path, wanted) = link.target.split_once('#').unwrap_or((link.target, ""));
+    let to = match path {
+        "" => from.to_owned(),
+        path => from.parent()?.join(path),
+    };
+    if !to.exists() {
+        return Some("leads nowhere".into());
+    }
+    if to.is_dir() {
+        return None;
+    }
+    let is_text = to
+        .extension()
+        .is_some_and(|kind| kind == "md" || kind == "rs");
+    if !is_text {
+        return None;
+    }
+    let text = fs::read_to_string(&to).expect("the file can be read");
+    if !wanted.is_empty() && !has_anchor(&text, wanted) {
+        return Some(format!("has no heading {wanted}"));
+    }
+    let is_code = to.extension().is_some_and(|kind| kind == "rs");
+    match code_name(link.text) {
+        Some(name) if is_code && !text.contains(name) => Some(format!("has no {name}")),
+        _ => None,
+    }
+}
+
+#[test]
+fn every_link_of_a_document_leads_to_a_file_a_heading_or_the_code_that_it_names() {
+    let mut found = Vec::new();
+    documents(&workspace(), &mut found);
+    assert!(found.len() > 8, "{found:?}");
+    let mut wrong = Vec::new();
+    for path in &found {
+        let text = fs::read_to_string(path).expect("the document can be read");
+        for link in links(&text) {
+            if let Some(problem) = problem(path, &link) {
+                wrong.push(format!("{}: {} {problem}", path.display(), link.target));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn the_readme_is_short() {
+    let readme = fs::read_to_string(workspace().join("README.md")).expect("it can be read");
+    let lines = readme.lines().count();
+    assert!(lines <= README_LINES, "{lines} lines");
+}
+
+#[test]
+fn a_link_is_judged_by_its_file_its_heading_and_its_name() {
+    let from = workspace().join("README.md");
+    let judged = |text, target| problem(&from, &Link { text, target });
+    assert_eq!(judged("LICENSE", "LICENSE-MIT"), None);
+    assert!(judged("x", "no-such-file.md").is_some());
+    assert!(judged("x", "#no-such-heading").is_some());
+    assert_eq!(judged("x", "#what-has-run-where"), None);
+    assert_eq!(
+        judged("`host_tests::oracle`", "host-tests/src/lib.rs"),
+        None
+    );
+    assert!(judged("`host_tests::no_such`", "host-tests/src/lib.rs").is_some());
+}

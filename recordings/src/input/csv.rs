@@ -1,0 +1,221 @@
+//! Tables with a header: `t,ax,ay,az,wx,wy,wz,force,label,validity` in any order, of which the six
+//! axes are required.
+//!
+//! | column | unit | blank cell |
+//! |---|---|---|
+//! | `t` | s, from any start, advancing by at least 1 µs per row | error |
+//! | `ax`, `ay`, `az` | m/s², gravity included unless said otherwise | error |
+//! | `wx`, `wy`, `wz` | rad/s | error |
+//! | `force` | N | no load known |
+//! | `label` | 1 stable, 0 not stable | truth not known |
+//! | `validity` | a name of [`VALIDITIES`](crate::validity::VALIDITIES): what the source knew about the sample | valid |
+//!
+//! Other columns are ignored, and named in a notice. The sample rate is that of the times between
+//! rows without the gaps: the roundest number of Hz that they allow. Or it is the one that is
+//! given; where there are both they agree within 1 %.
+
+use estimator_core::Gravity;
+
+use super::clock::{Clock, time_us};
+use super::error::InputError;
+use super::extra::ExtraColumns;
+use super::header::Columns;
+use super::loaded::{Hints, Loaded, steady_time};
+use super::rate::sample_rate;
+use super::table::Table;
+use crate::recording::Recording;
+
+/// Reads a table with a header, and the `extra` columns beside those of a recording.
+///
+/// # Errors
+/// The first thing that is wrong with it, with file, line and column.
+pub(super) fn read(
+    mut table: Table,
+    hints: &Hints,
+    extra: &mut impl ExtraColumns,
+) -> Result<Loaded, InputError> {
+    let Some(header) = table.next_row()? else {
+        return Err(table.empty());
+    };
+    let mut columns = Columns::checked(&header, table.file())?;
+    extra.header(&header, table.file())?;
+    columns.ignored.retain(|name| !extra.reads(name));
+    let mut clock: Option<Clock> = None;
+    let mut times = Vec::new();
+    let mut samples = Vec::new();
+    while let Some(row) = table.next_row()? {
+        row.expect_columns(columns.count)?;
+        if let Some(index) = columns.t {
+            let now_us = time_us(&row, index)?;
+            let clock = clock.get_or_insert_with(|| Clock::starting_at(now_us));
+            times.push(clock.advance_to(now_us, &row, index)?);
+        }
+        samples.push(columns.sample(&row, &hints.correction)?);
+        extra.row(&row)?;
+    }
+    if samples.is_empty() {
+        return Err(table.empty());
+    }
+    let sample_rate = sample_rate(&times, hints.sample_rate, table.file())?;
+    for (k, sample) in samples.iter_mut().enumerate() {
+        sample.imu.timestamp = times
+            .get(k)
+            .copied()
+            .unwrap_or_else(|| steady_time(k, sample_rate));
+    }
+    Ok(Loaded {
+        start_us: clock.map_or(0, |clock| clock.start_us),
+        notices: columns.notice(table.file()).into_iter().collect(),
+        recording: Recording {
+            name: table.recording_name().to_owned(),
+            sample_rate,
+            gravity: hints.gravity.unwrap_or(Gravity::Included),
+            load_title: "force (N)".to_owned(),
+            samples,
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::table::unwrapped;
+    use crate::recording::Label;
+    use crate::validity::VALIDITIES;
+    use estimator_core::{Load, Timestamp, Validity, Vec3};
+    use std::io::Write;
+
+    fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(text.as_ref()).unwrap();
+        read(Table::open(file.path(), unwrapped)?, hints, &mut ())
+    }
+
+    fn loaded(text: impl AsRef<[u8]>) -> Loaded {
+        read_text(text, &Hints::default()).unwrap()
+    }
+
+    #[test]
+    fn columns_may_stand_in_any_order() {
+        let Loaded {
+            recording, notices, ..
+        } = loaded("label,wz,wy,wx,az,ay,ax,force,t\n1,6,5,4,3,2,1,7,0\n0,6,5,4,3,2,1,,0.002\n");
+        let [first, second] = recording.samples[..] else {
+            panic!("two rows");
+        };
+        assert_eq!(first.imu.specific_force.0, Vec3::new(1.0, 2.0, 3.0));
+        assert_eq!(first.imu.angular_rate.0, Vec3::new(4.0, 5.0, 6.0));
+        assert_eq!(
+            (first.load, first.label),
+            (Some(Load(7.0)), Some(Label::Stable))
+        );
+        assert_eq!((second.load, second.label), (None, Some(Label::NotStable)));
+        assert_eq!(second.imu.timestamp, Timestamp::from_micros(2000));
+        assert_eq!(recording.sample_rate, 500.0);
+        assert!(notices.is_empty());
+    }
+
+    #[test]
+    fn windows_line_ends_and_a_byte_order_mark_change_nothing() {
+        let plain = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n";
+        let windows = format!("\u{feff}{}", plain.replace('\n', "\r\n"));
+        assert_eq!(
+            loaded(windows).recording.samples,
+            loaded(plain).recording.samples
+        );
+    }
+
+    #[test]
+    fn line_numbers_are_those_of_an_editor_whatever_the_line_ends() {
+        for end in ["\n", "\r\n"] {
+            let lines = ["ax,ay,az,wx,wy,wz", "0,0,0,0,0,0", "", "0,0,x,0,0,0"];
+            for text in [lines.join(end), lines.join(end) + end] {
+                match read_text(text, &Hints::default()) {
+                    Err(InputError::NotANumber { cell, .. }) => {
+                        assert_eq!((cell.line, cell.column), (4, 3));
+                    }
+                    other => panic!("{other:?}"),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn columns_that_mean_nothing_here_are_named_in_one_notice() {
+        let notices =
+            loaded("t,ax,ay,az,wx,wy,wz,qw,qx\n0,1,2,3,4,5,6,,\n1,1,2,3,4,5,6,,\n").notices;
+        assert_eq!(notices.len(), 1);
+        assert!(notices[0].ends_with(": ignored columns: qw, qx"));
+    }
+
+    #[test]
+    fn what_is_not_finite_reaches_the_estimator_which_flags_it() {
+        let recording =
+            loaded("t,ax,ay,az,wx,wy,wz\n0,nan,inf,-inf,1e300,0,0\n1,0,0,0,0,0,0\n").recording;
+        assert_eq!(
+            recording.samples[0].imu.checked_validity(),
+            Validity::Invalid
+        );
+    }
+
+    #[test]
+    fn the_clock_may_start_anywhere() {
+        for (start, start_us) in [
+            ("-0.002", -2000),
+            ("0.5", 500_000),
+            ("1700000000.123457", 1_700_000_000_123_457),
+        ] {
+            let second = start.parse::<f64>().unwrap() + 0.004;
+            let text = format!("t,ax,ay,az,wx,wy,wz\n{start},1,2,3,4,5,6\n{second},1,2,3,4,5,6\n");
+            let Loaded {
+                recording,
+                start_us: found,
+                ..
+            } = loaded(text);
+            assert_eq!(found, start_us);
+            let times = recording
+                .samples
+                .iter()
+                .map(|s| s.imu.timestamp.as_micros());
+            assert!(times.eq([0, 4000]));
+        }
+    }
+
+    #[test]
+    fn a_validity_is_kept_by_name_and_a_name_nobody_knows_is_an_error() {
+        let table = |cell: &str| {
+            format!("t,ax,ay,az,wx,wy,wz,validity\n0,1,2,3,4,5,6,{cell}\n1,0,0,0,0,0,0,\n")
+        };
+        for (name, validity) in VALIDITIES {
+            let samples = loaded(table(name)).recording.samples;
+            assert_eq!(
+                [samples[0].imu.validity, samples[1].imu.validity],
+                [validity, Validity::Valid]
+            );
+        }
+        let error = read_text(table("maybe"), &Hints::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.ends_with(", line 2, column 8 (validity): \"maybe\" where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn without_times_rows_are_spaced_by_the_rate_given() {
+        let hints = Hints {
+            sample_rate: Some(400.0),
+            gravity: Some(Gravity::Removed),
+            ..Hints::default()
+        };
+        let recording = read_text("ax,ay,az,wx,wy,wz\n0,0,0,0,0,0\n0,0,0,0,0,0\n", &hints)
+            .unwrap()
+            .recording;
+        assert_eq!(
+            recording.samples[1].imu.timestamp,
+            Timestamp::from_micros(2500)
+        );
+        assert_eq!(recording.gravity, Gravity::Removed);
+    }
+}

@@ -1,0 +1,239 @@
+//! What can be wrong with a file, and where.
+
+use std::{fmt, io};
+
+use thiserror::Error;
+
+use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
+use crate::number::{shown, shown_rate};
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// The file, as it was named.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u64,
+    /// Column, from 1.
+    pub column: usize,
+    /// The column's name.
+    pub name: String,
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            file,
+            line,
+            column,
+            name,
+        } = self;
+        write!(f, "{file}, line {line}, column {column} ({name})")
+    }
+}
+
+/// How the names in a header may be meant, although none is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeaderSlip {
+    /// They are in upper case.
+    UpperCase,
+    /// They are separated by something else than commas.
+    Separator(char),
+}
+
+impl fmt::Display for HeaderSlip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UpperCase => f.write_str("names are written in lower case"),
+            Self::Separator(found) => {
+                write!(f, "columns are separated by commas, not by {found:?}")
+            }
+        }
+    }
+}
+
+/// Why a file is no recording. Lines and columns count from 1.
+#[derive(Debug, Error)]
+pub enum InputError {
+    /// The file cannot be opened or read.
+    #[error("{file} cannot be read: {source}")]
+    Unreadable {
+        /// The file, as it was named.
+        file: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// It is named twice among those that are taken together.
+    #[error("{file} is named twice: what it shows would count twice")]
+    Twice {
+        /// The file, as it was named the second time.
+        file: String,
+    },
+    /// There is no sample in it.
+    #[error("{file} is empty: it holds no sample")]
+    Empty {
+        /// The file, as it was named.
+        file: String,
+    },
+    /// No format was given and the first line does not show it.
+    #[error(
+        "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv"
+    )]
+    UnknownFormat {
+        /// The file, as it was named.
+        file: String,
+    },
+    /// A line is not text.
+    #[error("{file}, line {line}, column {column}: not UTF-8 text")]
+    NotUtf8 {
+        /// The file, as it was named.
+        file: String,
+        /// The line.
+        line: u64,
+        /// The column.
+        column: usize,
+    },
+    /// A line has too many or too few cells.
+    #[error("{file}, line {line}: {found} columns where {expected} are expected")]
+    ColumnCount {
+        /// The file, as it was named.
+        file: String,
+        /// The line.
+        line: u64,
+        /// How many it has.
+        found: usize,
+        /// How many it should have.
+        expected: usize,
+    },
+    /// The header lacks columns that every recording needs.
+    #[error(
+        "{file}, line {line}: missing in the header: {columns}{}",
+        slip.map(|slip| format!("; {slip}")).unwrap_or_default()
+    )]
+    MissingColumns {
+        /// The file, as it was named.
+        file: String,
+        /// The header's line.
+        line: u64,
+        /// The missing names, separated by commas.
+        columns: String,
+        /// Where they may be all the same.
+        slip: Option<HeaderSlip>,
+    },
+    /// The header names a column twice.
+    #[error("{cell}: this name stands in the header twice")]
+    DuplicateColumn {
+        /// The second of the two.
+        cell: Cell,
+    },
+    /// A cell that needs a number has none.
+    #[error("{cell}: blank where a number is needed")]
+    Blank {
+        /// The cell.
+        cell: Cell,
+    },
+    /// A cell holds something else than a number.
+    #[error("{cell}: {text:?} is not a number")]
+    NotANumber {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        text: String,
+    },
+    /// A label is neither 0 nor 1.
+    #[error("{cell}: label {text} where 0 (not stable) or 1 (stable) is expected")]
+    Label {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        text: String,
+    },
+    /// The true orientation, or whether it counts, is not what it may be.
+    #[error("{cell}: {text} where {expected} is expected")]
+    Truth {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        text: String,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// The orientation is what an estimator made of the very samples.
+    #[error(
+        "{file}: qw, qx, qy and qz are estimates here, as the column p_stable beside them tells, and no truth"
+    )]
+    EstimatedOrientation {
+        /// The file, as it was named.
+        file: String,
+    },
+    /// There is nothing to score.
+    #[error(
+        "{file}: no row has an orientation that counts: qw, qx, qy and qz filled in and, where there is a column movement, a 1 in it"
+    )]
+    NoOrientation {
+        /// The file, as it was named.
+        file: String,
+    },
+    /// A validity has a name that means nothing here.
+    #[error(
+        "{cell}: {text:?} where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"
+    )]
+    Validity {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        text: String,
+    },
+    /// A time is not finite, or too far from zero.
+    #[error(
+        "{cell}: {text} is no time in s: {0:e} to {MAX_TIME_S:e} is expected",
+        -MAX_TIME_S
+    )]
+    Time {
+        /// The cell.
+        cell: Cell,
+        /// What it holds.
+        text: String,
+    },
+    /// Time does not advance by at least a microsecond.
+    #[error("{cell}: time {text} s does not come after {previous} s in the row before")]
+    TimeOrder {
+        /// The cell.
+        cell: Cell,
+        /// The time, s, as it stands there.
+        text: String,
+        /// The time of the row before, s.
+        previous: f64,
+    },
+    /// Cells that belong together are filled in part.
+    #[error(
+        "{cell}: IMU values after a row that had none; rows of force alone may only stand at the end"
+    )]
+    ImuAfterForceOnly {
+        /// The cell.
+        cell: Cell,
+    },
+    /// The sample rate is not known.
+    #[error("{file} has no times that tell the sample rate, so it must be given: --sample-rate HZ")]
+    UnknownSampleRate {
+        /// The file, as it was named.
+        file: String,
+    },
+    /// The times contradict the sample rate that was given.
+    #[error(
+        "{file}: column t says {} Hz, but the sample rate was given as {} Hz{}",
+        shown_rate(*measured),
+        shown(*given),
+        if *in_milliseconds { MILLISECONDS_HINT } else { "" }
+    )]
+    SampleRateConflict {
+        /// The file, as it was named.
+        file: String,
+        /// The rate that the times make, Hz.
+        measured: f64,
+        /// The rate that was given, Hz.
+        given: f32,
+        /// Whether they would agree if the times were in milliseconds.
+        in_milliseconds: bool,
+    },
+}

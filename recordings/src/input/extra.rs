@@ -1,0 +1,31 @@
+//! Columns of a `csv` that are no part of a recording.
+
+use super::error::InputError;
+use super::table::Row;
+
+/// A reader of the columns of a table that are no part of a recording.
+pub(super) trait ExtraColumns {
+    /// Whether it reads the column of this name.
+    fn reads(&self, name: &str) -> bool;
+
+    /// Takes in the header.
+    fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError>;
+
+    /// Takes in a row.
+    fn row(&mut self, row: &Row) -> Result<(), InputError>;
+}
+
+/// No extra columns.
+impl ExtraColumns for () {
+    fn reads(&self, _: &str) -> bool {
+        false
+    }
+
+    fn header(&mut self, _: &Row, _: &str) -> Result<(), InputError> {
+        Ok(())
+    }
+
+    fn row(&mut self, _: &Row) -> Result<(), InputError> {
+        Ok(())
+    }
+}

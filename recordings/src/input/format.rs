@@ -1,0 +1,91 @@
+//! The formats of files, by name.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// How a file is laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Simulated ATLAS of the method's authors: 13 columns, no header, 1 kHz, gravity removed.
+    PceAtlas,
+    /// Real GO1 of the method's authors: force and IMU in g and °/s, no header, 250 Hz.
+    PceGo1,
+    /// Simulated ATLAS and NAO of github.com/mrsp/lcd: 13 columns, no header, 100 Hz, gravity
+    /// removed.
+    Lcd,
+    /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1).
+    Csv,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::PceAtlas, Self::PceGo1, Self::Lcd, Self::Csv];
+
+    /// Its name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::PceAtlas => "pce-atlas",
+            Self::PceGo1 => "pce-go1",
+            Self::Lcd => "lcd",
+            Self::Csv => "csv",
+        }
+    }
+
+    /// One line about it, for the help of an option.
+    #[must_use]
+    pub const fn help(self) -> &'static str {
+        match self {
+            Self::PceAtlas => {
+                "Simulated ATLAS of the method's authors: 13 columns, no header, 1 kHz, gravity removed"
+            }
+            Self::PceGo1 => {
+                "Real GO1 of the method's authors: force and IMU in g and °/s, no header, 250 Hz"
+            }
+            Self::Lcd => {
+                "Simulated ATLAS and NAO of github.com/mrsp/lcd: 13 columns, no header, 100 Hz, gravity removed"
+            }
+            Self::Csv => {
+                "A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1)"
+            }
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Format {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|format| format.name() == name);
+        found.ok_or_else(|| {
+            let known = Self::ALL.map(Self::name).join(", ");
+            format!("there is no format `{name}`; known are {known}")
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_format_is_found_by_its_name() {
+        for format in Format::ALL {
+            assert_eq!(format.to_string().parse(), Ok(format));
+        }
+    }
+
+    #[test]
+    fn an_unknown_format_is_answered_with_the_known_ones() {
+        assert_eq!(
+            "xls".parse::<Format>(),
+            Err("there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv".to_owned())
+        );
+    }
+}

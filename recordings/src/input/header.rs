@@ -1,0 +1,158 @@
+//! The columns that the header of a `csv` names, and the cells of a row in them.
+
+use estimator_core::{Axis, Load, Timestamp, Validity};
+
+use super::cells::{label, validity};
+use super::correction::Correction;
+use super::error::{HeaderSlip, InputError};
+use super::loaded::imu_sample;
+use super::table::Row;
+use crate::recording::RecordedSample;
+
+/// Whether a row is a header, however badly written: a known name stands in it.
+pub(super) fn is_header(row: &Row) -> bool {
+    row.cells()
+        .flat_map(|cell| cell.split(OTHER_SEPARATORS))
+        .any(|name| is_known(&name.to_lowercase()))
+}
+
+fn is_known(name: &str) -> bool {
+    ["t", "force", "label", "validity"].contains(&name)
+        || Axis::ALL.iter().any(|axis| axis.name() == name)
+}
+
+/// What a header's names are mistakenly separated by.
+const OTHER_SEPARATORS: [char; 4] = [';', '\t', ' ', '|'];
+
+/// Where each known column stands.
+#[derive(Default)]
+pub(super) struct Columns {
+    /// How many cells a row has.
+    pub(super) count: usize,
+    /// The index of the column `t`.
+    pub(super) t: Option<usize>,
+    axes: [Option<usize>; 6],
+    force: Option<usize>,
+    label: Option<usize>,
+    validity: Option<usize>,
+    /// The names that mean nothing in a recording.
+    pub(super) ignored: Vec<String>,
+    duplicate: Option<(usize, String)>,
+}
+
+impl Columns {
+    /// What a header says; `None` where the line holds numbers and so is no header.
+    fn from_header(header: &Row) -> Option<Self> {
+        let mut columns = Self::default();
+        for (index, name) in header.cells().enumerate() {
+            if name.parse::<f64>().is_ok() {
+                return None;
+            }
+            columns.count = index + 1;
+            let index_of = match name {
+                "t" => &mut columns.t,
+                "force" => &mut columns.force,
+                "label" => &mut columns.label,
+                "validity" => &mut columns.validity,
+                _ => match Axis::ALL.iter().position(|axis| axis.name() == name) {
+                    Some(axis) => &mut columns.axes[axis],
+                    None => {
+                        columns.ignored.push(name.to_owned());
+                        continue;
+                    }
+                },
+            };
+            if index_of.replace(index).is_some() {
+                columns.duplicate = Some((index, name.to_owned()));
+            }
+        }
+        Some(columns)
+    }
+
+    /// The columns of a header.
+    pub(super) fn checked(header: &Row, file: &str) -> Result<Self, InputError> {
+        let columns = Self::from_header(header).unwrap_or_default();
+        if let Some((index, name)) = &columns.duplicate {
+            return Err(InputError::DuplicateColumn {
+                cell: header.cell(*index, name),
+            });
+        }
+        let missing = columns.missing();
+        if missing.is_empty() {
+            Ok(columns)
+        } else {
+            Err(InputError::MissingColumns {
+                file: file.to_owned(),
+                line: header.line,
+                columns: missing.join(", "),
+                slip: columns.slip(),
+            })
+        }
+    }
+
+    /// The axes that the header does not name.
+    fn missing(&self) -> Vec<&'static str> {
+        Axis::ALL
+            .iter()
+            .zip(self.axes)
+            .filter(|(_, index)| index.is_none())
+            .map(|(axis, _)| axis.name())
+            .collect()
+    }
+
+    /// What makes known names unknown, where that is so.
+    fn slip(&self) -> Option<HeaderSlip> {
+        let known = |name: &str| is_known(&name.to_lowercase());
+        self.ignored.iter().find_map(|name| {
+            let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
+            match separator {
+                Some(found) => name
+                    .split(found)
+                    .map(str::trim)
+                    .any(known)
+                    .then_some(HeaderSlip::Separator(found)),
+                None => known(name).then_some(HeaderSlip::UpperCase),
+            }
+        })
+    }
+
+    /// The sentence that names the ignored columns.
+    pub(super) fn notice(&self, file: &str) -> Option<String> {
+        let names = self.ignored.join(", ");
+        (!self.ignored.is_empty()).then(|| format!("{file}: ignored columns: {names}"))
+    }
+
+    /// A row's values; the time is filled in later.
+    pub(super) fn sample(
+        &self,
+        row: &Row,
+        correction: &Correction,
+    ) -> Result<RecordedSample, InputError> {
+        let mut axes = [0.0; 6];
+        for ((value, index), axis) in axes.iter_mut().zip(self.axes).zip(Axis::ALL) {
+            if let Some(index) = index {
+                *value = row.number(index, axis.name())?;
+            }
+        }
+        let optional = |index: Option<usize>, name| match index {
+            Some(index) => row.optional(index, name),
+            None => Ok(None),
+        };
+        let force = optional(self.force, "force")?;
+        let label = match (self.label, optional(self.label, "label")?) {
+            (Some(index), Some(value)) => Some(label(row, index, value)?),
+            _ => None,
+        };
+        let validity = match self.validity {
+            Some(index) => validity(row, index)?,
+            None => Validity::Valid,
+        };
+        Ok(RecordedSample {
+            imu: imu_sample(Timestamp::default(), axes, validity, correction),
+            load: force
+                .filter(|force| force.is_finite())
+                .map(|force| Load(force as f32)),
+            label,
+        })
+    }
+}

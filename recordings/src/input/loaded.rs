@@ -1,0 +1,56 @@
+//! What a reader needs besides a file, and what it returns.
+
+use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
+
+use super::correction::Correction;
+use crate::recording::Recording;
+
+/// What is known about a file beyond its format.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hints {
+    /// Sample rate in Hz, above 0, where it is given.
+    pub sample_rate: Option<f32>,
+    /// Whether the samples contain gravity, where it differs from what the format says.
+    pub gravity: Option<Gravity>,
+    /// The sensor's static calibration.
+    pub correction: Correction,
+}
+
+/// A file that has been read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// The recording. Its first sample is at time 0.
+    pub recording: Recording,
+    /// What the file's clock says at the first sample, µs; 0 where the file has no clock. It may
+    /// be negative, as before a trigger, or count from 1970.
+    pub start_us: i64,
+    /// One sentence on each thing that was left out or reinterpreted, for people to read.
+    pub notices: Vec<String>,
+}
+
+/// The time of row `index` at a steady `sample_rate` in Hz.
+pub(super) fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
+    let micros = index as f64 * 1.0e6 / f64::from(sample_rate);
+    Timestamp::from_micros(micros.round() as u64)
+}
+
+/// A sample from six readings in SI units, in the order of
+/// [`Axis::ALL`](estimator_core::Axis::ALL), with what is known to be wrong with them put right.
+pub(super) fn imu_sample(
+    timestamp: Timestamp,
+    readings: [f64; 6],
+    validity: Validity,
+    correction: &Correction,
+) -> ImuSample {
+    let [ax, ay, az, wx, wy, wz] = readings.map(|value| value as f32);
+    let (specific_force, angular_rate) = correction.apply(
+        SpecificForce(Vec3::new(ax, ay, az)),
+        AngularRate(Vec3::new(wx, wy, wz)),
+    );
+    ImuSample {
+        timestamp,
+        specific_force,
+        angular_rate,
+        validity,
+    }
+}

@@ -1,0 +1,399 @@
+//! The recordings published with the method, simulated ATLAS and a real GO1, and those of `lcd`,
+//! which have the same columns as ATLAS. None has a header.
+//!
+//! Sources: `offline/data` of the authors' repository,
+//! <https://github.com/MichaelMarav/ProbabilisticContactEstimation>; <https://github.com/mrsp/lcd>.
+//!
+//! # ATLAS
+//! `Fx Fy Fz Tx Ty Tz ax ay az wx wy wz label`, N, N m, m/s², rad/s; 1 kHz; the simulator has
+//! taken gravity out. The load is `Fz`; label 1 is stable.
+//!
+//! # LCD
+//! Simulated ATLAS and NAO, as above but at 100 Hz and with a class for a label: 0 stable, 1 no
+//! contact, 2 slip, of which the last two count as not stable.
+//!
+//! # GO1
+//! `Fz ax ay az wx wy wz`, raw force, g, °/s, gravity included. The IMU was read at about 70 Hz
+//! and its values repeated to nominally 250 Hz; repeats count as samples, as in the paper.
+//!
+//! Force and IMU come from two logs that were put side by side: row *n* of one has nothing to do
+//! with row *n* of the other, and the force log is longer, so that the last rows have force
+//! alone. Both logs show the same trot, which shows how they belong together:
+//!
+//! * The step period (lag of the autocorrelation's third peak, over 3) is 336.3, 336.7 and 336.7
+//!   force rows and 176.7, 177.3 and 179.7 IMU rows on mattress, normal and slippery ground:
+//!   1.87 to 1.90 force rows per IMU row. The nominal 500 and 250 Hz would make it 2. The
+//!   spans that the authors' plot scripts mark in both signals by hand end at 4.673 and 4.960 s
+//!   (mattress) and at 2.732 and 2.846 s (slippery): 1.88 and 1.92.
+//! * With 1.9, the correlation between force and log angular speed is at its strongest where
+//!   force row 0 lies 40, 60 and 60 rows before IMU row 0: −0.48, −0.31, −0.55. The impacts of
+//!   landing then fall on the rise of the force. Rows paired one to one give −0.02, 0.05 and
+//!   0.05; with 2 and no offset it is −0.32, 0.06 and −0.20, as drift adds up to half a step.
+//!
+//! Hence IMU row *k* takes the load of force row [`FORCE_ROWS_PER_IMU_ROW`] · k +
+//! [`FORCE_LEAD_ROWS`], good to about ±20 force rows (40 ms).
+
+use std::path::Path;
+
+use estimator_core::params::STANDARD_GRAVITY;
+use estimator_core::{Axis, Load, Params, Saturation, Validity};
+
+use super::cells::label;
+use super::correction::Correction;
+use super::error::InputError;
+use super::loaded::{Hints, Loaded, imu_sample, steady_time};
+use super::table::{Row, Table, unwrapped};
+use crate::recording::{Label, RecordedSample, Recording};
+
+/// Rate of the ATLAS recordings, Hz.
+pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;
+
+/// Rate of the recordings of `lcd`, Hz.
+pub const LCD_SAMPLE_RATE: f32 = 100.0;
+
+/// Nominal rate of the GO1 recordings' IMU columns, Hz.
+pub const GO1_SAMPLE_RATE: f32 = Params::PAPER_GO1.sample_rate;
+
+/// Rows of the GO1's force log per row of its IMU log, as measured: see the module's text.
+pub const FORCE_ROWS_PER_IMU_ROW: f64 = 1.9;
+
+/// Rows by which the GO1's force log begins before its IMU log, as measured: see the module's
+/// text. A delay of the force signal would look the same.
+pub const FORCE_LEAD_ROWS: f64 = 50.0;
+
+/// From this acceleration on, in g, a GO1 sample counts as saturated. The range is ±4 g and no
+/// reading lies beyond 3.9996, but impacts reach all the way up to it, and few read exactly the
+/// end: so the last 2.5 % of the range are doubted as well.
+pub const GO1_CLIPPING_G: f64 = 3.9;
+
+const ATLAS_COLUMNS: [&str; 13] = [
+    "Fx", "Fy", "Fz", "Tx", "Ty", "Tz", "ax", "ay", "az", "wx", "wy", "wz", "label",
+];
+
+const GO1_COLUMNS: [&str; 7] = ["Fz", "ax", "ay", "az", "wx", "wy", "wz"];
+
+/// What the last of the 13 columns says, which also distinguishes the recordings of `lcd` from those of the
+/// method's authors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LabelScheme {
+    /// 1 stable, 0 not: the recordings of the method's authors.
+    StableOrNot,
+    /// 0 stable, 1 no contact, 2 slip: the recordings of `lcd`.
+    ContactClass,
+}
+
+impl LabelScheme {
+    /// The rate of the recordings with such labels, Hz.
+    #[must_use]
+    pub const fn sample_rate(self) -> f32 {
+        match self {
+            Self::StableOrNot => ATLAS_SAMPLE_RATE,
+            Self::ContactClass => LCD_SAMPLE_RATE,
+        }
+    }
+}
+
+/// What a six-axis force/torque sensor in the ankle measured: Fx, Fy, Fz in N, Tx, Ty, Tz in N m.
+pub type Wrench = [f64; 6];
+
+/// Reads a recording with ATLAS' 13 columns.
+///
+/// # Errors
+/// The first thing that is wrong with it, with file, line and column.
+pub(super) fn read_robot(
+    table: Table,
+    labels: LabelScheme,
+    hints: &Hints,
+) -> Result<Loaded, InputError> {
+    let sample_rate = hints.sample_rate.unwrap_or(labels.sample_rate());
+    let (mut recording, _) = read_table(table, labels, sample_rate, &hints.correction)?;
+    recording.gravity = hints.gravity.unwrap_or(recording.gravity);
+    Ok(Loaded {
+        start_us: 0,
+        recording,
+        notices: Vec::new(),
+    })
+}
+
+/// Reads a recording with ATLAS' 13 columns and all of its wrench.
+///
+/// # Errors
+/// The first thing that is wrong with it, with file, line and column.
+pub fn read_with_wrench(
+    path: &Path,
+    labels: LabelScheme,
+) -> Result<(Recording, Vec<Wrench>), InputError> {
+    read_table(
+        Table::open(path, unwrapped)?,
+        labels,
+        labels.sample_rate(),
+        &Correction::default(),
+    )
+}
+
+fn read_table(
+    mut table: Table,
+    labels: LabelScheme,
+    sample_rate: f32,
+    correction: &Correction,
+) -> Result<(Recording, Vec<Wrench>), InputError> {
+    let (mut samples, mut wrenches) = (Vec::new(), Vec::new());
+    while let Some(row) = table.next_row()? {
+        row.expect_columns(ATLAS_COLUMNS.len())?;
+        let mut values = [0.0; ATLAS_COLUMNS.len()];
+        for (index, (value, name)) in values.iter_mut().zip(ATLAS_COLUMNS).enumerate() {
+            *value = row.number(index, name)?;
+        }
+        let [fx, fy, fz, tx, ty, tz, ax, ay, az, wx, wy, wz, truth] = values;
+        let time = steady_time(samples.len(), sample_rate);
+        samples.push(RecordedSample {
+            imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid, correction),
+            load: Some(Load(fz as f32)),
+            label: Some(match (labels, truth) {
+                (LabelScheme::ContactClass, 0.0) => Label::Stable,
+                (LabelScheme::ContactClass, 1.0 | 2.0) => Label::NotStable,
+                _ => label(&row, ATLAS_COLUMNS.len() - 1, truth)?,
+            }),
+        });
+        wrenches.push([fx, fy, fz, tx, ty, tz]);
+    }
+    if samples.is_empty() {
+        return Err(table.empty());
+    }
+    let recording = Recording {
+        name: table.recording_name().to_owned(),
+        sample_rate,
+        gravity: Params::PAPER.gravity,
+        load_title: "vertical force (N)".to_owned(),
+        samples,
+    };
+    Ok((recording, wrenches))
+}
+
+/// Reads a GO1 recording: one sample per row of the IMU columns, converted to SI, with the load
+/// of the same moment.
+///
+/// # Errors
+/// The first thing that is wrong with it, with file, line and column.
+pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputError> {
+    let sample_rate = hints.sample_rate.unwrap_or(GO1_SAMPLE_RATE);
+    let mut forces = Vec::new();
+    let mut imu_rows = Vec::new();
+    while let Some(row) = table.next_row()? {
+        row.expect_columns(GO1_COLUMNS.len())?;
+        if let Some(axes) = go1_axes(&row)? {
+            if imu_rows.len() < forces.len() {
+                return Err(InputError::ImuAfterForceOnly {
+                    cell: row.cell(1, GO1_COLUMNS[1]),
+                });
+            }
+            imu_rows.push(axes);
+        }
+        forces.push(row.number(0, GO1_COLUMNS[0])?);
+    }
+    if imu_rows.is_empty() {
+        return Err(table.empty());
+    }
+    let samples: Vec<_> = imu_rows
+        .iter()
+        .enumerate()
+        .map(|(k, axes)| RecordedSample {
+            imu: imu_sample(
+                steady_time(k, sample_rate),
+                to_si(axes),
+                go1_validity(axes),
+                &hints.correction,
+            ),
+            load: forces
+                .get(force_row(k))
+                .filter(|force| force.is_finite())
+                .map(|force| Load(*force as f32)),
+            label: None,
+        })
+        .collect();
+    Ok(Loaded {
+        start_us: 0,
+        notices: vec![go1_notice(table.file(), samples.len(), forces.len())],
+        recording: Recording {
+            name: table.recording_name().to_owned(),
+            sample_rate,
+            gravity: hints.gravity.unwrap_or(Params::PAPER_GO1.gravity),
+            load_title: "foot force (raw)".to_owned(),
+            samples,
+        },
+    })
+}
+
+/// The six axes of a row in g and °/s; `None` where all of them are blank.
+fn go1_axes(row: &Row) -> Result<Option<[f64; 6]>, InputError> {
+    if row.cells().skip(1).all(str::is_empty) {
+        return Ok(None);
+    }
+    let mut axes = [0.0; 6];
+    for (k, (value, axis)) in axes.iter_mut().zip(Axis::ALL).enumerate() {
+        *value = row.number(k + 1, axis.name())?;
+    }
+    Ok(Some(axes))
+}
+
+fn to_si([ax, ay, az, wx, wy, wz]: &[f64; 6]) -> [f64; 6] {
+    let g = f64::from(STANDARD_GRAVITY);
+    let [wx, wy, wz] = [wx, wy, wz].map(|rate| rate.to_radians());
+    [ax * g, ay * g, az * g, wx, wy, wz]
+}
+
+fn go1_validity(axes: &[f64; 6]) -> Validity {
+    if axes[..3].iter().any(|a| a.abs() >= GO1_CLIPPING_G) {
+        Validity::Saturated(Saturation::Accelerometer)
+    } else {
+        Validity::Valid
+    }
+}
+
+/// The force row of the same moment as IMU row `k`.
+fn force_row(k: usize) -> usize {
+    (FORCE_ROWS_PER_IMU_ROW * k as f64 + FORCE_LEAD_ROWS).round() as usize
+}
+
+/// What became of the two logs, in one line.
+fn go1_notice(file: &str, imu_rows: usize, force_rows: usize) -> String {
+    let end = force_row(imu_rows);
+    let unused = force_rows.saturating_sub(end);
+    let without = (0..imu_rows)
+        .rev()
+        .take_while(|k| force_row(*k) >= force_rows)
+        .count();
+    format!(
+        "{file}: {} of {force_rows} rows are force only; IMU row k takes the load of force row \
+         {FORCE_ROWS_PER_IMU_ROW} k + {FORCE_LEAD_ROWS}, which leaves {unused} force rows at the \
+         end unused and {without} samples without load",
+        force_rows - imu_rows
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::Vec3;
+    use std::fmt::Write as _;
+
+    fn read_atlas(table: Table, hints: &Hints) -> Result<Loaded, InputError> {
+        read_robot(table, LabelScheme::StableOrNot, hints)
+    }
+
+    fn load(
+        text: &str,
+        read: fn(Table, &Hints) -> Result<Loaded, InputError>,
+    ) -> Result<Loaded, InputError> {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("recording.csv");
+        std::fs::write(&path, text).unwrap();
+        read(Table::open(&path, unwrapped)?, &Hints::default())
+    }
+
+    #[test]
+    fn an_atlas_row_gives_the_vertical_force_the_motion_and_the_label() {
+        let text = "1,2,3,4,5,6,7,8,9,10,11,12,1.000000\n1,2,3,4,5,6,7,8,9,10,11,12,0\n";
+        let recording = load(text, read_atlas).unwrap().recording;
+        let sample = recording.samples[0];
+        assert_eq!(sample.load, Some(Load(3.0)));
+        assert_eq!(sample.imu.specific_force.0, Vec3::new(7.0, 8.0, 9.0));
+        assert_eq!(sample.imu.angular_rate.0, Vec3::new(10.0, 11.0, 12.0));
+        assert_eq!(sample.label, Some(Label::Stable));
+        assert_eq!(recording.samples[1].label, Some(Label::NotStable));
+        assert_eq!(recording.samples[1].imu.timestamp.as_micros(), 1000);
+    }
+
+    #[test]
+    fn a_label_of_another_dataset_is_refused() {
+        let text = "0,0,0,0,0,0,0,0,0,0,0,0,2\n";
+        match load(text, read_atlas) {
+            Err(InputError::Label { text, .. }) => assert_eq!(text, "2"),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_contact_class_is_stable_or_not_and_nothing_else() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("robot.csv");
+        let rows = |classes: &[u8]| -> String {
+            let row = |class| format!("1,2,3,4,5,6,7,8,9,10,11,12,{class}\n");
+            classes.iter().map(row).collect()
+        };
+        std::fs::write(&path, rows(&[0, 1, 2])).unwrap();
+        let (recording, wrenches) = read_with_wrench(&path, LabelScheme::ContactClass).unwrap();
+        let labels: Vec<_> = recording.samples.iter().filter_map(|s| s.label).collect();
+        assert_eq!(labels, [Label::Stable, Label::NotStable, Label::NotStable]);
+        assert_eq!(wrenches[2], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(recording.samples[1].imu.timestamp.as_micros(), 10_000);
+
+        std::fs::write(&path, rows(&[0, 3])).unwrap();
+        match read_with_wrench(&path, LabelScheme::ContactClass) {
+            Err(InputError::Label { cell, .. }) => assert_eq!(cell.line, 2),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_go1_row_is_converted_to_si() {
+        let recording = load("250,1,0,-0.5,180,-90,0\n", read_go1)
+            .unwrap()
+            .recording;
+        let imu = recording.samples[0].imu;
+        let g = STANDARD_GRAVITY;
+        assert_eq!(imu.specific_force.0, Vec3::new(g, 0.0, -0.5 * g));
+        let pi = std::f32::consts::PI;
+        assert_eq!(imu.angular_rate.0, Vec3::new(pi, -0.5 * pi, 0.0));
+    }
+
+    #[test]
+    fn a_go1_sample_takes_the_force_of_the_same_moment() {
+        let mut text = String::new();
+        for row in 0..200 {
+            let imu = if row < 80 { "0,0,1,0,0,0" } else { ",,,,," };
+            writeln!(text, "{row},{imu}").unwrap();
+        }
+        let Loaded {
+            recording, notices, ..
+        } = load(&text, read_go1).unwrap();
+        assert_eq!(recording.samples.len(), 80);
+        assert_eq!(recording.samples[10].load, Some(Load(69.0)));
+        // 1.9 · 79 + 50 = 200.1 lies past the last force row, 199.
+        assert_eq!(recording.samples[79].load, None);
+        assert!(
+            notices[0].contains("120 of 200 rows are force only"),
+            "{notices:?}"
+        );
+        assert!(
+            notices[0]
+                .ends_with("leaves 0 force rows at the end unused and 1 samples without load")
+        );
+    }
+
+    #[test]
+    fn an_acceleration_at_the_end_of_the_range_is_saturated() {
+        let text = "0,3.9,0,0,0,0,0\n0,0,-3.99,0,0,0,0\n0,0,0,3.89,0,0,0\n";
+        let recording = load(text, read_go1).unwrap().recording;
+        let validities: Vec<_> = recording.samples.iter().map(|s| s.imu.validity).collect();
+        let saturated = Validity::Saturated(Saturation::Accelerometer);
+        assert_eq!(validities, [saturated, saturated, Validity::Valid]);
+    }
+
+    #[test]
+    fn imu_values_after_a_row_without_any_are_refused() {
+        let text = "0,0,0,1,0,0,0\n0,,,,,,\n0,0,0,1,0,0,0\n";
+        match load(text, read_go1) {
+            Err(InputError::ImuAfterForceOnly { cell }) => assert_eq!(cell.line, 3),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_row_with_some_axes_blank_is_refused() {
+        match load("0,0,0,,0,0,0\n", read_go1) {
+            Err(InputError::Blank { cell }) => assert_eq!(cell.name, "az"),
+            other => panic!("{other:?}"),
+        }
+    }
+}

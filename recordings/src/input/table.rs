@@ -1,0 +1,191 @@
+//! Rows of cells from a file, with the line numbers people see in an editor.
+
+use std::fs::File;
+use std::io::{Chain, Read};
+use std::path::Path;
+
+use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
+
+use super::error::{Cell, InputError};
+
+/// A file open for reading, row by row.
+pub(super) struct Table {
+    file: String,
+    recording_name: String,
+    reader: csv::Reader<Chain<Box<dyn Read>, &'static [u8]>>,
+    /// A row that was looked at and not taken yet.
+    peeked: Option<Row>,
+}
+
+impl Table {
+    /// Opens a file, to read what `wrap` makes of it and its length in bytes.
+    pub(super) fn open(
+        path: &Path,
+        wrap: impl FnOnce(File, u64) -> Box<dyn Read>,
+    ) -> Result<Self, InputError> {
+        let file = path.display().to_string();
+        match File::open(path).and_then(|open| Ok((open.metadata()?.len(), open))) {
+            Ok((bytes, open)) => Ok(Self {
+                file,
+                recording_name: recording_name(path),
+                peeked: None,
+                reader: ReaderBuilder::new()
+                    .has_headers(false)
+                    // Counts are checked against what the format expects, not against line 1.
+                    .flexible(true)
+                    // A carriage return is taken for space around a cell, so that every row
+                    // ends right after its line feed: see `line`.
+                    .terminator(Terminator::Any(b'\n'))
+                    .trim(Trim::All)
+                    .from_reader(wrap(open, bytes).chain(&b"\n"[..])),
+            }),
+            Err(source) => Err(InputError::Unreadable { file, source }),
+        }
+    }
+
+    /// The file, as it was named.
+    pub(super) fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// What the recording in the file is called.
+    pub(super) fn recording_name(&self) -> &str {
+        &self.recording_name
+    }
+
+    /// The row that [`next_row`](Self::next_row) will give.
+    pub(super) fn peek_row(&mut self) -> Result<Option<&Row>, InputError> {
+        if self.peeked.is_none() {
+            self.peeked = self.next_row()?;
+        }
+        Ok(self.peeked.as_ref())
+    }
+
+    /// That there is no sample in the file.
+    pub(super) fn empty(&self) -> InputError {
+        InputError::Empty {
+            file: self.file.clone(),
+        }
+    }
+
+    /// The next line that is not blank; `None` at the end of the file.
+    pub(super) fn next_row(&mut self) -> Result<Option<Row>, InputError> {
+        if let Some(row) = self.peeked.take() {
+            return Ok(Some(row));
+        }
+        loop {
+            let mut cells = StringRecord::new();
+            match self.reader.read_record(&mut cells) {
+                Ok(false) => return Ok(None),
+                Ok(true) if cells.len() == 1 && cells[0].is_empty() => {}
+                Ok(true) => {
+                    return Ok(Some(Row {
+                        file: self.file.clone(),
+                        line: self.line(),
+                        cells,
+                    }));
+                }
+                Err(error) => return Err(self.failure(error)),
+            }
+        }
+    }
+
+    /// The line of the row just read. The position a record carries is no help: it is where blank
+    /// lines before the record begin. But the reader stands right after the row's line feed, which
+    /// the last row has too, because one is appended to the file.
+    fn line(&self) -> u64 {
+        self.reader.position().line() - 1
+    }
+
+    fn failure(&self, error: csv::Error) -> InputError {
+        let file = self.file.clone();
+        let message = error.to_string();
+        match error.into_kind() {
+            csv::ErrorKind::Utf8 { err, .. } => InputError::NotUtf8 {
+                file,
+                line: self.line(),
+                column: err.field() + 1,
+            },
+            csv::ErrorKind::Io(source) => InputError::Unreadable { file, source },
+            _ => InputError::Unreadable {
+                file,
+                source: std::io::Error::other(message),
+            },
+        }
+    }
+}
+
+/// A wrapper for [`Table::open`] that changes nothing.
+pub(super) fn unwrapped(file: File, _: u64) -> Box<dyn Read> {
+    Box::new(file)
+}
+
+/// Where a recording comes from, as its title: the file's name without its extension.
+fn recording_name(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// One line.
+pub(super) struct Row {
+    file: String,
+    pub(super) line: u64,
+    cells: StringRecord,
+}
+
+impl Row {
+    /// The cells, without space around them.
+    pub(super) fn cells(&self) -> impl Iterator<Item = &str> {
+        self.cells.iter()
+    }
+
+    /// Makes sure that the row has `expected` cells.
+    pub(super) fn expect_columns(&self, expected: usize) -> Result<(), InputError> {
+        if self.cells.len() == expected {
+            Ok(())
+        } else {
+            Err(InputError::ColumnCount {
+                file: self.file.clone(),
+                line: self.line,
+                found: self.cells.len(),
+                expected,
+            })
+        }
+    }
+
+    /// What stands in column `index` (from 0).
+    pub(super) fn text(&self, index: usize) -> &str {
+        self.cells.get(index).unwrap_or_default()
+    }
+
+    /// The number in column `index` (from 0); `None` where the cell is blank.
+    pub(super) fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
+        match self.text(index) {
+            "" => Ok(None),
+            text => text.parse().map(Some).map_err(|_| InputError::NotANumber {
+                cell: self.cell(index, name),
+                text: text.to_owned(),
+            }),
+        }
+    }
+
+    /// The number in column `index` (from 0), which must not be blank.
+    pub(super) fn number(&self, index: usize, name: &str) -> Result<f64, InputError> {
+        self.optional(index, name)?
+            .ok_or_else(|| InputError::Blank {
+                cell: self.cell(index, name),
+            })
+    }
+
+    /// Where a cell is, for messages.
+    pub(super) fn cell(&self, index: usize, name: &str) -> Cell {
+        Cell {
+            file: self.file.clone(),
+            line: self.line,
+            column: index + 1,
+            name: name.to_owned(),
+        }
+    }
+}

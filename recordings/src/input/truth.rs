@@ -1,0 +1,136 @@
+//! Columns that know how the sensor was really turned: `qw,qx,qy,qz`, and `movement` where there
+//! is one.
+//!
+//! | column | meaning | blank cell |
+//! |---|---|---|
+//! | `qw` … `qz` | unit quaternion, Hamilton, sensor → world, z up | not seen; all four or none |
+//! | `movement` | 1 where the row counts, 0 where it does not | error |
+//!
+//! They are no part of a recording: what replays it must not see them.
+
+use super::error::InputError;
+use super::extra::ExtraColumns;
+use super::table::Row;
+use crate::space::{Rotation, Vector};
+
+const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
+
+const MOVEMENT: &str = "movement";
+
+/// Where this column is, the orientation beside it is an estimate.
+const ESTIMATE: &str = "p_stable";
+
+/// How far from 1 the length of a quaternion may be that was written with few decimals.
+const LENGTH_TOLERANCE: f64 = 0.01;
+
+/// Collects the orientation of each row, where it is known and counts.
+#[derive(Default)]
+pub(super) struct Orientations {
+    quaternion: [usize; 4],
+    movement: Option<usize>,
+    pub(super) rows: Vec<Option<Rotation>>,
+}
+
+impl ExtraColumns for Orientations {
+    fn reads(&self, name: &str) -> bool {
+        QUATERNION.contains(&name) || name == MOVEMENT
+    }
+
+    fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError> {
+        if header.cells().any(|name| name == ESTIMATE) {
+            return Err(InputError::EstimatedOrientation {
+                file: file.to_owned(),
+            });
+        }
+        for name in QUATERNION.into_iter().chain([MOVEMENT]) {
+            let mut cells = header.cells();
+            if let Some(first) = cells.position(|cell| cell == name)
+                && let Some(more) = cells.position(|cell| cell == name)
+            {
+                return Err(InputError::DuplicateColumn {
+                    cell: header.cell(first + 1 + more, name),
+                });
+            }
+        }
+        let index_of = |column: &str| header.cells().position(|name| name == column);
+        let mut missing = Vec::new();
+        for (index, name) in self.quaternion.iter_mut().zip(QUATERNION) {
+            match index_of(name) {
+                Some(found) => *index = found,
+                None => missing.push(name),
+            }
+        }
+        self.movement = index_of(MOVEMENT);
+        if missing.is_empty() {
+            Ok(())
+        } else {
+            Err(InputError::MissingColumns {
+                file: file.to_owned(),
+                line: header.line,
+                columns: missing.join(", "),
+                slip: None,
+            })
+        }
+    }
+
+    fn row(&mut self, row: &Row) -> Result<(), InputError> {
+        let counts = match self.movement {
+            None => true,
+            Some(index) => match row.number(index, MOVEMENT)? {
+                0.0 => false,
+                1.0 => true,
+                _ => {
+                    return Err(wrong(
+                        row,
+                        index,
+                        MOVEMENT,
+                        "0 (does not count) or 1 (counts)",
+                    ));
+                }
+            },
+        };
+        let orientation = self.orientation(row)?;
+        self.rows.push(orientation.filter(|_| counts));
+        Ok(())
+    }
+}
+
+impl Orientations {
+    fn orientation(&self, row: &Row) -> Result<Option<Rotation>, InputError> {
+        if self
+            .quaternion
+            .iter()
+            .all(|index| row.text(*index).is_empty())
+        {
+            return Ok(None);
+        }
+        let mut numbers = [0.0; 4];
+        for ((number, index), name) in numbers.iter_mut().zip(self.quaternion).zip(QUATERNION) {
+            *number = row.number(index, name)?;
+        }
+        let [w, x, y, z] = numbers;
+        let length = numbers.iter().map(|n| n * n).sum::<f64>().sqrt();
+        if (length - 1.0).abs() <= LENGTH_TOLERANCE {
+            Ok(Some(Rotation {
+                w: w / length,
+                v: Vector::new(x, y, z) * (1.0 / length),
+            }))
+        } else {
+            let [index, ..] = self.quaternion;
+            Err(wrong(
+                row,
+                index,
+                QUATERNION[0],
+                "the first of a quaternion of length 1",
+            ))
+        }
+    }
+}
+
+fn wrong(row: &Row, index: usize, name: &str, expected: &'static str) -> InputError {
+    InputError::Truth {
+        cell: row.cell(index, name),
+        text: row.text(index).to_owned(),
+        expected,
+    }
+}

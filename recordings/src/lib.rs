@@ -1,0 +1,19 @@
+//! Recordings of a foot: read from files, replayed through the estimator, and written to tables.
+//!
+//! | step | module |
+//! |---|---|
+//! | a recording: samples with their load and label | [`recording`] |
+//! | vectors and rotations in f64, for true orientations | [`space`] |
+//! | a file becomes a recording | [`input`] |
+//! | the estimator runs over it | [`replay`] |
+//! | samples and estimates become a table | [`output`] |
+//! | the names of validities in both kinds of files | [`validity`] |
+//! | numbers in messages | [`number`] |
+
+pub mod input;
+pub mod number;
+pub mod output;
+pub mod recording;
+pub mod replay;
+pub mod space;
+pub mod validity;

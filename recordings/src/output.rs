@@ -1,0 +1,334 @@
+//! Tables of samples and estimates.
+
+use std::io::{self, Write};
+
+use estimator_core::{
+    ContactEstimate, Decision, Flag, Load, Quaternion, Timestamp, Validity, Vec3,
+};
+
+use crate::recording::{Label, RecordedSample};
+use crate::validity::VALIDITIES;
+
+/// The header of the table of estimates.
+///
+/// | columns | meaning | unit |
+/// |---|---|---|
+/// | `t` | time of the sample on the recording's clock, six decimals | s |
+/// | `p_stable` | the foot does not move at all: stable contact | [0, 1] |
+/// | `p_tangential` | no motion along the ground and no turn about up | [0, 1] |
+/// | `p_vertical` | no lifting and no tilting | [0, 1] |
+/// | `p_ax` … `p_wz` | the foot does not move along or about one axis of the sensor | [0, 1] |
+/// | `qw` … `qz` | orientation, Hamilton, sensor → world | unit quaternion |
+/// | `lax`, `lay`, `laz` | linear acceleration, sensor frame | m/s² |
+/// | `bwx`, `bwy`, `bwz` | gyroscope bias, sensor frame | rad/s |
+/// | `state` | name of the [`Phase`](estimator_core::Phase) | |
+/// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |
+///
+/// With half-widths, the first three are the paper's products of probabilities per axis; see
+/// [`Probabilities`](estimator_core::Probabilities).
+pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
+     qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags";
+
+/// The header of a recording: what [`input::csv`](crate::input::csv) reads.
+const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
+
+/// Writes the table of estimates, one row per estimate. Numbers read back as the same f32.
+/// `start_us` is what the recording's clock says at timestamp 0, µs.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_estimates(
+    estimates: &[ContactEstimate],
+    start_us: i64,
+    to: &mut dyn Write,
+) -> io::Result<()> {
+    writeln!(to, "{HEADER}")?;
+    for estimate in estimates {
+        write_time(estimate.timestamp, start_us, to)?;
+        write_estimate(estimate, to)?;
+        writeln!(to)?;
+    }
+    Ok(())
+}
+
+/// Writes a recording as a `csv` that can be replayed: it reads back as the same samples.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_recording(samples: &[RecordedSample], to: &mut dyn Write) -> io::Result<()> {
+    writeln!(to, "{RECORDING_HEADER}")?;
+    for sample in samples {
+        write_sample(sample, to)?;
+        writeln!(to)?;
+    }
+    Ok(())
+}
+
+/// Writes a recording with its estimates, one per sample: the columns of [`write_recording`],
+/// then those of [`HEADER`] but its time, and the debounced `decision`: `stable` or `not_stable`.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_samples(
+    samples: &[RecordedSample],
+    estimates: &[ContactEstimate],
+    to: &mut dyn Write,
+) -> io::Result<()> {
+    let estimates_header = HEADER.trim_start_matches("t,");
+    writeln!(to, "{RECORDING_HEADER},{estimates_header},decision")?;
+    for (sample, estimate) in samples.iter().zip(estimates) {
+        write_sample(sample, to)?;
+        write_estimate(estimate, to)?;
+        writeln!(to, ",{}", decision_name(estimate.decision))?;
+    }
+    Ok(())
+}
+
+/// The columns of a recording.
+fn write_sample(sample: &RecordedSample, to: &mut dyn Write) -> io::Result<()> {
+    write_time(sample.imu.timestamp, 0, to)?;
+    for Vec3 { x, y, z } in [sample.imu.specific_force.0, sample.imu.angular_rate.0] {
+        write!(to, ",{x},{y},{z}")?;
+    }
+    match sample.load {
+        Some(Load(force)) => write!(to, ",{force}")?,
+        None => write!(to, ",")?,
+    }
+    to.write_all(match sample.label {
+        Some(Label::Stable) => b",1,",
+        Some(Label::NotStable) => b",0,",
+        None => b",,",
+    })?;
+    let validity = sample.imu.validity;
+    let name = VALIDITIES.into_iter().find(|(_, known)| *known == validity);
+    match name {
+        // Blank means valid.
+        Some((name, known)) if known != Validity::Valid => write!(to, "{name}"),
+        _ => Ok(()),
+    }
+}
+
+fn write_time(timestamp: Timestamp, start_us: i64, to: &mut dyn Write) -> io::Result<()> {
+    let micros = i128::from(timestamp.as_micros()) + i128::from(start_us);
+    let sign = if micros < 0 { "-" } else { "" };
+    let size = micros.unsigned_abs();
+    write!(to, "{sign}{}.{:06}", size / 1_000_000, size % 1_000_000)
+}
+
+/// The name of a decision in tables.
+#[must_use]
+pub const fn decision_name(decision: Decision) -> &'static str {
+    match decision {
+        Decision::Stable => "stable",
+        Decision::NotStable => "not_stable",
+    }
+}
+
+/// Everything in a row of [`HEADER`] but the time.
+fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
+    let p = estimate.probabilities;
+    let Quaternion { w, x, y, z } = estimate.orientation;
+    let numbers = [p.stable, p.tangential, p.vertical]
+        .into_iter()
+        .chain(p.axes.to_array())
+        .chain([w, x, y, z])
+        .chain(components(estimate.linear_acceleration.0))
+        .chain(components(estimate.gyro_bias.0));
+    for number in numbers {
+        // The shortest decimals that read back as the same f32.
+        write!(to, ",{number}")?;
+    }
+    let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();
+    write!(to, ",{},{}", estimate.phase.name(), flags.join("|"))
+}
+
+fn components(Vec3 { x, y, z }: Vec3) -> [f32; 3] {
+    [x, y, z]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::{
+        AngularRate, Flags, Gravity, ImuSample, LinearAcceleration, PerAxis, Phase, Probabilities,
+        Saturation, SpecificForce,
+    };
+
+    use crate::input::{self, Format, Hints};
+
+    fn table(estimate: ContactEstimate) -> String {
+        let mut bytes = Vec::new();
+        write_estimates(&[estimate], 0, &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    fn cells(estimate: ContactEstimate) -> Vec<String> {
+        let table = table(estimate);
+        let row = table.lines().nth(1).unwrap();
+        row.split(',').map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn a_row_has_a_cell_for_every_name_in_the_header() {
+        assert_eq!(
+            cells(ContactEstimate::default()).len(),
+            HEADER.split(',').count()
+        );
+    }
+
+    /// An estimate and a sample in which no two numbers are the same.
+    fn all_different() -> (RecordedSample, ContactEstimate) {
+        let imu = ImuSample {
+            timestamp: Timestamp::from_micros(1_500_000),
+            specific_force: SpecificForce(Vec3::new(1.25, -2.25, 9.75)),
+            angular_rate: AngularRate(Vec3::new(0.125, -0.375, 0.625)),
+            validity: Validity::Saturated(Saturation::Gyroscope),
+        };
+        let sample = RecordedSample {
+            imu,
+            load: Some(Load(42.5)),
+            label: Some(Label::Stable),
+        };
+        let estimate = ContactEstimate {
+            timestamp: imu.timestamp,
+            probabilities: Probabilities {
+                axes: PerAxis {
+                    ax: 0.1,
+                    ay: 0.2,
+                    az: 0.3,
+                    wx: 0.4,
+                    wy: 0.5,
+                    wz: 0.6,
+                },
+                tangential: 0.7,
+                vertical: 0.8,
+                stable: 0.9,
+            },
+            orientation: Quaternion {
+                w: 0.91,
+                x: 0.92,
+                y: 0.93,
+                z: 0.94,
+            },
+            linear_acceleration: LinearAcceleration(Vec3::new(11.0, 12.0, 13.0)),
+            gyro_bias: AngularRate(Vec3::new(0.01, 0.02, 0.03)),
+            angular_rate: AngularRate(Vec3::new(21.0, 22.0, 23.0)),
+            decision: Decision::Stable,
+            phase: Phase::Stance,
+            flags: Flags::NONE.with(Flag::TimeGap),
+        };
+        (sample, estimate)
+    }
+
+    #[test]
+    fn every_column_of_the_estimates_holds_what_its_name_says() {
+        let (_, estimate) = all_different();
+        assert_eq!(
+            table(estimate),
+            "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags\n\
+             1.500000,0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
+             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,time_gap\n"
+        );
+    }
+
+    #[test]
+    fn every_column_of_the_samples_holds_what_its_name_says() {
+        let (sample, estimate) = all_different();
+        let mut bytes = Vec::new();
+        write_samples(&[sample], &[estimate], &mut bytes).unwrap();
+        assert_eq!(
+            String::from_utf8(bytes).unwrap(),
+            "t,ax,ay,az,wx,wy,wz,force,label,validity,\
+             p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags,decision\n\
+             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated,\
+             0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
+             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,time_gap,stable\n"
+        );
+        let mut bytes = Vec::new();
+        write_recording(&[sample], &mut bytes).unwrap();
+        assert_eq!(
+            String::from_utf8(bytes).unwrap(),
+            "t,ax,ay,az,wx,wy,wz,force,label,validity\n\
+             1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated\n"
+        );
+    }
+
+    #[test]
+    fn the_time_is_that_of_the_recordings_clock() {
+        for (start_us, timestamp_us, text) in [
+            (-2_500_000, 1, "-2.499999"),
+            (-2_500_000, 2_000_000, "-0.500000"),
+            (-2_500_000, 2_500_000, "0.000000"),
+            (1_700_000_000_123_457, 1000, "1700000000.124457"),
+        ] {
+            let mut bytes = Vec::new();
+            write_time(Timestamp::from_micros(timestamp_us), start_us, &mut bytes).unwrap();
+            assert_eq!(bytes, text.as_bytes());
+        }
+    }
+
+    #[test]
+    fn time_is_in_seconds_with_six_decimals() {
+        let estimate = ContactEstimate {
+            timestamp: Timestamp::from_micros(12_000_345),
+            ..ContactEstimate::default()
+        };
+        assert_eq!(cells(estimate)[0], "12.000345");
+    }
+
+    #[test]
+    fn numbers_read_back_as_the_same_bits() {
+        for number in [1.0 / 3.0, f32::MIN_POSITIVE, 1.0e-45, 0.999_999_94, 0.0] {
+            let estimate = ContactEstimate {
+                probabilities: Probabilities {
+                    stable: number,
+                    ..Probabilities::default()
+                },
+                ..ContactEstimate::default()
+            };
+            let read: f32 = cells(estimate)[1].parse().unwrap();
+            assert_eq!(read.to_bits(), number.to_bits());
+        }
+    }
+
+    #[test]
+    fn state_and_flags_are_names() {
+        let estimate = ContactEstimate {
+            phase: Phase::QuietSwing,
+            flags: Flags::NONE.with(Flag::TimeGap).with(Flag::Saturated),
+            ..ContactEstimate::default()
+        };
+        assert_eq!(cells(estimate)[20..], ["quiet_swing", "saturated|time_gap"]);
+    }
+
+    #[test]
+    fn a_table_of_samples_reads_back_as_the_recording() {
+        let samples = [
+            (0, None, None, Validity::Saturated(Saturation::Gyroscope)),
+            (1, Some(Load(0.1)), Some(Label::Stable), Validity::Valid),
+        ];
+        let samples = samples.map(|(k, load, label, validity)| RecordedSample {
+            imu: ImuSample {
+                timestamp: Timestamp::from_micros(k * 1000),
+                specific_force: SpecificForce(Vec3::new(1.0 / 3.0, -0.1, 9.81)),
+                validity,
+                ..ImuSample::default()
+            },
+            load,
+            label,
+        });
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("walk.csv");
+        let estimates = [ContactEstimate::default(); 2];
+        let mut bytes = Vec::new();
+        write_samples(&samples, &estimates, &mut bytes).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let recording = input::read(&path, Format::Csv, &Hints::default())
+            .unwrap()
+            .recording;
+        assert_eq!(recording.samples, samples);
+        assert_eq!(recording.gravity, Gravity::Included);
+    }
+}

@@ -1,0 +1,106 @@
+//! A recording through the estimator.
+
+use estimator_core::{ContactEstimate, ContactEstimator, Learnt, Params, ParamsError};
+
+use crate::recording::Recording;
+
+/// The longest window that a replay can have, in samples: four seconds at 1 kHz, far more than
+/// contact needs, for comparisons. The estimator then takes about 100 KB.
+pub const CAPACITY: usize = 4096;
+
+/// Runs the estimator over every sample of a recording: one estimate per sample, in their order.
+///
+/// Sample rate and gravity are the recording's, whatever `params` says about them.
+///
+/// # Errors
+/// A parameter out of its range; the window may have up to [`CAPACITY`] samples.
+pub fn replay(recording: &Recording, params: &Params) -> Result<Vec<ContactEstimate>, ParamsError> {
+    Ok(replay_and_learn(recording, params)?.0)
+}
+
+/// [`replay`], with what has been learnt by the end of the recording.
+///
+/// # Errors
+/// Those of [`replay`].
+pub fn replay_and_learn(
+    recording: &Recording,
+    params: &Params,
+) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
+    replay_observed(recording, params, || ())
+}
+
+/// [`replay_and_learn`], with a call after each sample, such as one that shows progress.
+///
+/// # Errors
+/// Those of [`replay`].
+pub fn replay_observed(
+    recording: &Recording,
+    params: &Params,
+    mut after_each: impl FnMut(),
+) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
+    let params = Params {
+        sample_rate: recording.sample_rate,
+        gravity: recording.gravity,
+        ..*params
+    };
+    let mut estimator = Box::new(ContactEstimator::<CAPACITY>::new(&params.validate()?));
+    let estimates = recording
+        .samples
+        .iter()
+        .map(|sample| {
+            let estimate = estimator.update(&sample.imu, sample.load);
+            after_each();
+            estimate
+        })
+        .collect();
+    estimator.finish();
+    Ok((estimates, estimator.learnt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::RecordedSample;
+    use estimator_core::{Flag, Gravity, ImuSample, Method, Timestamp};
+
+    fn still_foot(sample_rate: f32) -> Recording {
+        let period_us = (1.0e6 / sample_rate) as u64;
+        Recording {
+            name: "still".to_owned(),
+            sample_rate,
+            gravity: Gravity::Removed,
+            load_title: String::new(),
+            samples: (0..100)
+                .map(|k| RecordedSample {
+                    imu: ImuSample {
+                        timestamp: Timestamp::from_micros(k * period_us),
+                        ..ImuSample::default()
+                    },
+                    load: None,
+                    label: None,
+                })
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn every_sample_gets_its_estimate() {
+        let recording = still_foot(500.0);
+        let estimates = replay(&recording, &Params::DEFAULT).unwrap();
+        let times = estimates.iter().map(|e| e.timestamp);
+        assert!(times.eq(recording.samples.iter().map(|s| s.imu.timestamp)));
+    }
+
+    #[test]
+    fn the_rate_is_the_recordings_so_the_window_keeps_its_duration() {
+        let params = Params {
+            method: Method::HalfWidths,
+            ..Params::DEFAULT
+        };
+        let estimates = replay(&still_foot(200.0), &params).unwrap();
+        let full = estimates
+            .iter()
+            .position(|e| !e.flags.contains(Flag::WindowNotFull));
+        assert_eq!(full, Some(9), "50 ms at 200 Hz are 10 samples");
+    }
+}

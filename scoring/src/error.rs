@@ -1,0 +1,24 @@
+//! Why recordings cannot be scored.
+
+use estimator_core::ParamsError;
+use recordings::input::InputError;
+use thiserror::Error;
+
+/// Why recordings cannot be scored.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// A recording cannot be used.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A recording to be evaluated is absent.
+    #[error("{file} is not there; --datasets names the folder above it, the file is from {origin}")]
+    NoDataset {
+        /// The file.
+        file: String,
+        /// Where it can be had.
+        origin: &'static str,
+    },
+    /// The parameters are not valid.
+    #[error("parameter {0}")]
+    Params(#[from] ParamsError),
+}

@@ -1,0 +1,201 @@
+//! Every method on every recording with labels.
+//!
+//! All figures are of whole recordings, by sample; those of several recordings are of all their
+//! samples together. A mean over sets is the mean of the sets' figures.
+
+use std::path::Path;
+
+use recordings::recording::Label;
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::labelled::Labelled;
+use crate::method::{Causality, Knowledge, Method, Run};
+use crate::score::{Answers, Figures, Scores};
+use crate::scored::Scored;
+use crate::sets::{Family, Pool, Set};
+
+/// What was recorded.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct About {
+    /// The set.
+    pub set: Set,
+    /// The family it belongs to.
+    pub family: Family,
+    /// The names of its recordings.
+    pub recordings: Vec<String>,
+    /// Number of samples in all of them.
+    pub samples: usize,
+    /// Sample rate, Hz.
+    pub sample_rate_hz: f32,
+    /// Share of the samples with the label "stable", in [0, 1].
+    pub stable_share: f64,
+}
+
+/// A method's figures on one set.
+#[derive(Clone, Debug, Serialize)]
+pub struct OnSet {
+    /// The set.
+    pub set: Set,
+    /// What the method knew before.
+    #[serde(flatten)]
+    pub knowledge: Knowledge,
+    /// How it did.
+    pub figures: Figures,
+    /// Its probability at each sample, recording after recording.
+    #[serde(skip)]
+    pub scored: Vec<Scored>,
+}
+
+/// A method's figures on the samples of several sets together.
+#[derive(Clone, Debug, Serialize)]
+pub struct OnPool {
+    /// Which.
+    pub pool: Pool,
+    /// How it did.
+    pub figures: Figures,
+}
+
+/// A method with all of its figures.
+#[derive(Clone, Debug, Serialize)]
+pub struct Evaluated {
+    /// The method.
+    pub method: Method,
+    /// Its name in tables.
+    pub name: String,
+    /// Whether a robot can run it.
+    pub causality: Causality,
+    /// The mean over the sets of [`Set::AVERAGED`]; `None` where the method cannot run on one.
+    pub mean: Option<Scores>,
+    /// Pool by pool, in the order of [`Pool::ALL`].
+    pub pools: Vec<OnPool>,
+    /// Set by set, in the order of [`Set::ALL`], without those on which the method cannot run.
+    pub sets: Vec<OnSet>,
+}
+
+/// Every method on every set.
+#[derive(Clone, Debug, Serialize)]
+pub struct Evaluation {
+    /// The sets, in the order of [`Set::ALL`].
+    pub sets: Vec<About>,
+    /// The methods, in the order of [`Method::ALL`].
+    pub methods: Vec<Evaluated>,
+}
+
+impl Evaluation {
+    /// Runs every method on every set; files are in the folder of datasets.
+    ///
+    /// # Errors
+    /// A recording is absent or damaged, or the estimator refuses its sample rate.
+    pub fn run(datasets: &Path) -> Result<Self, Error> {
+        let recordings = Labelled::all(datasets)?;
+        let methods = Method::ALL
+            .into_iter()
+            .map(|method| {
+                let runs = method.run(&recordings)?;
+                Ok(Evaluated::of(method, &recordings, &runs))
+            })
+            .collect::<Result<_, Error>>()?;
+        Ok(Self {
+            sets: Set::ALL.map(|set| About::of(set, &recordings)).into(),
+            methods,
+        })
+    }
+
+    /// A method with its figures; `None` where it was not run.
+    #[must_use]
+    pub fn evaluated(&self, method: Method) -> Option<&Evaluated> {
+        self.methods.iter().find(|e| e.method == method)
+    }
+
+    /// The probabilities of a method, sample by sample, on the sets for which `of` holds.
+    #[must_use]
+    pub fn scored(&self, method: Method, of: impl Fn(Set) -> bool) -> Vec<Scored> {
+        let sets = self.evaluated(method).into_iter().flat_map(|e| &e.sets);
+        let scored = sets.filter(|on| of(on.set)).flat_map(|on| &on.scored);
+        scored.copied().collect()
+    }
+}
+
+impl About {
+    fn of(set: Set, recordings: &[Labelled]) -> Self {
+        let of_set = || recordings.iter().filter(|file| file.set == set);
+        let labels = || of_set().flat_map(Labelled::labels);
+        let stable = labels().filter(|label| *label == Label::Stable).count();
+        Self {
+            set,
+            family: set.family(),
+            recordings: of_set().map(|file| file.name().to_owned()).collect(),
+            samples: of_set().map(|file| file.recording.samples.len()).sum(),
+            sample_rate_hz: of_set().next().map_or(0.0, |f| f.recording.sample_rate),
+            stable_share: stable as f64 / labels().count().max(1) as f64,
+        }
+    }
+}
+
+impl Evaluated {
+    fn of(method: Method, recordings: &[Labelled], runs: &[Option<Run>]) -> Self {
+        let runs_on = |holds: &dyn Fn(Set) -> bool| -> Vec<&Run> {
+            let runs = recordings.iter().zip(runs);
+            let held = runs.filter(|(file, _)| holds(file.set));
+            held.filter_map(|(_, run)| run.as_ref()).collect()
+        };
+        let sets: Vec<OnSet> = Set::ALL
+            .into_iter()
+            .filter_map(|set| OnSet::of(set, &runs_on(&|other| other == set)))
+            .collect();
+        let averaged: Option<Vec<Scores>> = Set::AVERAGED
+            .into_iter()
+            .map(|set| sets.iter().find(|on| on.set == set))
+            .map(|on| on.map(|on| on.figures.scores))
+            .collect();
+        let pools = Pool::ALL
+            .into_iter()
+            .filter_map(|pool| OnPool::of(pool, &runs_on(&|set| set.family() == pool.family())));
+        Self {
+            method,
+            name: method.name(),
+            causality: method.causality(),
+            mean: averaged.and_then(|scores| Scores::mean(&scores)),
+            pools: pools.collect(),
+            sets,
+        }
+    }
+
+    /// Its figures on a set; `None` where it cannot run on it.
+    #[must_use]
+    pub fn on_set(&self, set: Set) -> Option<&Figures> {
+        let found = self.sets.iter().find(|on| on.set == set);
+        found.map(|on| &on.figures)
+    }
+
+    /// Its figures on a pool; `None` where it cannot run on any of its sets.
+    #[must_use]
+    pub fn on_pool(&self, pool: Pool) -> Option<&Figures> {
+        let found = self.pools.iter().find(|on| on.pool == pool);
+        found.map(|on| &on.figures)
+    }
+}
+
+impl OnSet {
+    fn of(set: Set, runs: &[&Run]) -> Option<Self> {
+        let answers: Vec<&Answers> = runs.iter().map(|run| &run.answers).collect();
+        let scored = answers.iter().flat_map(|answers| &answers.scored);
+        Some(Self {
+            set,
+            knowledge: Knowledge::of_all(runs),
+            figures: Figures::of(&answers)?,
+            scored: scored.copied().collect(),
+        })
+    }
+}
+
+impl OnPool {
+    fn of(pool: Pool, runs: &[&Run]) -> Option<Self> {
+        let answers: Vec<&Answers> = runs.iter().map(|run| &run.answers).collect();
+        Some(Self {
+            pool,
+            figures: Figures::of(&answers)?,
+        })
+    }
+}

@@ -1,0 +1,40 @@
+//! How good a contact probability is, and an orientation; for this estimator and for the methods of
+//! others.
+//!
+//! | step | module |
+//! |---|---|
+//! | a probability beside the truth | [`scored`] |
+//! | figures of merit | [`metrics`], [`reliability`]; of an orientation, [`inclination`] |
+//! | the figures of a method on one recording and on several | [`score`] |
+//! | the sets of recordings with labels, and their families | [`sets`] |
+//! | the recordings, read or simulated | [`labelled`] |
+//! | which recordings may teach which | [`teaching`] |
+//! | the methods | [`method`] |
+//! | constants chosen without a family | [`left_out`] |
+//! | trailing windows, for detectors | [`window`] |
+//! | detectors that others published | [`peers`] |
+//! | fuzzy c-means | [`fuzzy`] |
+//! | the authors' own script | [`authors`] |
+//! | every method on every recording | [`evaluation`] |
+
+pub mod authors;
+mod error;
+pub mod evaluation;
+pub mod fuzzy;
+pub mod inclination;
+pub mod labelled;
+pub mod left_out;
+pub mod method;
+pub mod metrics;
+pub mod peers;
+pub mod reliability;
+pub mod score;
+pub mod scored;
+pub mod sets;
+pub mod teaching;
+#[cfg(test)]
+mod testing;
+pub mod window;
+
+pub use error::Error;
+pub use evaluation::Evaluation;

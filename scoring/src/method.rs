@@ -1,0 +1,369 @@
+//! Every method that is compared, and how each is run over all recordings.
+
+use std::collections::BTreeMap;
+
+use estimator_core::{ContactEstimate, Gravity, Learning, Params, ParamsError, WindowLength};
+use recordings::replay::{replay, replay_and_learn};
+use serde::Serialize;
+
+use crate::labelled::Labelled;
+use crate::peers::{Detector, answers, grf, published, threshold};
+use crate::score::Answers;
+use crate::scored::Scored;
+use crate::teaching::{self, Teachers};
+use crate::window::PAPER_WINDOW;
+use crate::{authors, fuzzy, left_out};
+
+/// A method that is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// This estimator, default preset.
+    Default,
+    /// This estimator, default preset, with what the foot has learnt in another recording.
+    WarmStart,
+    /// This estimator, with the constants that were chosen without the recording's family: see
+    /// [`left_out`].
+    LeftOut,
+    /// This estimator, default preset, without any learning.
+    Unlearnt,
+    /// This estimator, the paper's preset.
+    Paper,
+    /// The authors' script, which looks ahead.
+    Authors,
+    /// SHOE with the constants in [`published`].
+    PublishedShoe,
+    /// ARED with the constants in [`published`].
+    PublishedAred,
+    /// A detector with a threshold that others' labels teach.
+    Tuned {
+        /// Which.
+        detector: Detector,
+        /// Whose labels.
+        teachers: Teachers,
+    },
+    /// A Schmitt trigger on the vertical force.
+    ForceTrigger,
+    /// See [`fuzzy`].
+    FuzzyCMeans,
+}
+
+/// Whether a method sees the future.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Causality {
+    /// A robot can run it.
+    Causal,
+    /// It needs samples that have not happened yet.
+    LooksAhead,
+}
+
+/// What a method knew of a recording before it was scored on it, for tables.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Knowledge {
+    /// What was learnt from other labels or without any, and from which recordings.
+    pub learnt: String,
+    /// The names of the recordings whose labels were used.
+    pub labels_of: Vec<String>,
+}
+
+/// One method on one recording.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// What it answered.
+    pub answers: Answers,
+    /// What it knew.
+    pub knowledge: Knowledge,
+}
+
+impl Method {
+    /// All methods in the order in which they are shown.
+    pub const ALL: [Self; 20] = [
+        Self::Default,
+        Self::WarmStart,
+        Self::LeftOut,
+        Self::Unlearnt,
+        Self::Paper,
+        Self::Authors,
+        Self::PublishedShoe,
+        Self::PublishedAred,
+        Self::tuned(Detector::Shoe, Teachers::OtherFamilies),
+        Self::tuned(Detector::Ared, Teachers::OtherFamilies),
+        Self::tuned(Detector::Amvd, Teachers::OtherFamilies),
+        Self::tuned(Detector::Mbgtd, Teachers::OtherFamilies),
+        Self::tuned(Detector::Force, Teachers::OtherFamilies),
+        Self::tuned(Detector::Shoe, Teachers::SameFamily),
+        Self::tuned(Detector::Ared, Teachers::SameFamily),
+        Self::tuned(Detector::Amvd, Teachers::SameFamily),
+        Self::tuned(Detector::Mbgtd, Teachers::SameFamily),
+        Self::tuned(Detector::Force, Teachers::SameFamily),
+        Self::ForceTrigger,
+        Self::FuzzyCMeans,
+    ];
+
+    /// A detector with a threshold that the labels of `teachers` teach.
+    #[must_use]
+    pub const fn tuned(detector: Detector, teachers: Teachers) -> Self {
+        Self::Tuned { detector, teachers }
+    }
+
+    /// Its name in tables.
+    #[must_use]
+    pub fn name(self) -> String {
+        match self {
+            Self::Default => "footfall, default preset".to_owned(),
+            Self::WarmStart => "footfall, warm start".to_owned(),
+            Self::LeftOut => "footfall, constants chosen without the family".to_owned(),
+            Self::Unlearnt => "footfall, nothing learnt".to_owned(),
+            Self::Paper => "footfall, paper preset".to_owned(),
+            Self::Authors => "authors' script (looks ahead)".to_owned(),
+            Self::PublishedShoe => format!("{}, as published", Detector::Shoe.name()),
+            Self::PublishedAred => format!("{}, as published", Detector::Ared.name()),
+            Self::Tuned { detector, teachers } => {
+                let on = match teachers {
+                    Teachers::OtherFamilies => "on other families",
+                    Teachers::SameFamily => "on its family",
+                };
+                format!("{}, tuned {on}", detector.name())
+            }
+            Self::ForceTrigger => "force Schmitt trigger 10/5 %".to_owned(),
+            Self::FuzzyCMeans => "fuzzy c-means, force and IMU".to_owned(),
+        }
+    }
+
+    /// Whether a robot can run it.
+    #[must_use]
+    pub const fn causality(self) -> Causality {
+        match self {
+            Self::Authors => Causality::LooksAhead,
+            _ => Causality::Causal,
+        }
+    }
+
+    /// Runs it over all recordings: one run each, in their order; `None` where the recording lacks
+    /// what the method needs.
+    ///
+    /// # Errors
+    /// The estimator refuses a recording's sample rate.
+    pub fn run(self, recordings: &[Labelled]) -> Result<Vec<Option<Run>>, ParamsError> {
+        match self {
+            Self::Default => each(recordings, |_, file| {
+                estimated(file, &Params::DEFAULT, "preset as it is").map(Some)
+            }),
+            Self::WarmStart => each(recordings, |index, file| {
+                let from = &recordings[teaching::unlabelled(recordings, index)];
+                let (_, learnt) = replay_and_learn(&from.recording, &Params::DEFAULT)?;
+                let params = Params {
+                    learnt: Some(learnt),
+                    ..Params::DEFAULT
+                };
+                let learnt = format!("amplitudes from {}, no labels", from.name());
+                estimated(file, &params, &learnt).map(Some)
+            }),
+            Self::LeftOut => each(recordings, |_, file| {
+                let constants = left_out::without(file.set.family());
+                let params = Params {
+                    stillness: constants.check()?,
+                    ..Params::DEFAULT
+                };
+                estimated(file, &params, "constants from other families").map(Some)
+            }),
+            Self::Unlearnt => each(recordings, |_, file| {
+                let params = Params {
+                    learning: Learning::Frozen,
+                    ..Params::DEFAULT
+                };
+                estimated(file, &params, "preset, frozen").map(Some)
+            }),
+            Self::Paper => each(recordings, |_, file| {
+                estimated(file, &paper_params(), "preset as it is").map(Some)
+            }),
+            Self::Authors => each(recordings, |_, file| Ok(authors_run(file))),
+            Self::PublishedShoe => each(recordings, |_, file| {
+                Ok(Some(published_run(file, &published::shoe(file))))
+            }),
+            Self::PublishedAred => each(recordings, |_, file| {
+                Ok(Some(published_run(file, &published::ared(file))))
+            }),
+            Self::Tuned { detector, teachers } => Ok(tuned(recordings, detector, teachers)),
+            Self::ForceTrigger => each(recordings, |_, file| Ok(force_trigger_run(file))),
+            Self::FuzzyCMeans => each(recordings, |index, file| {
+                let from = &recordings[teaching::unlabelled(recordings, index)];
+                let learnt = format!("clusters from {}, no labels", from.name());
+                let probabilities = fuzzy::probabilities(from, file);
+                Ok(probabilities.map(|p| Run::of(file, &p, &learnt)))
+            }),
+        }
+    }
+}
+
+impl Run {
+    /// Of a method whose probability is its ranking, and which used no labels.
+    fn of(file: &Labelled, probabilities: &[f64], learnt: &str) -> Self {
+        let scored = file.scored(probabilities);
+        Self {
+            answers: Answers {
+                ranking: scored.clone(),
+                scored,
+            },
+            knowledge: Knowledge {
+                learnt: learnt.to_owned(),
+                labels_of: Vec::new(),
+            },
+        }
+    }
+
+    /// Of a method that answers "stable" where a score is above a threshold.
+    fn thresholded(file: &Labelled, scores: &[f64], threshold: f64, knowledge: Knowledge) -> Self {
+        Self {
+            answers: Answers {
+                scored: file.scored(&answers(scores, threshold)),
+                ranking: file.scored(scores),
+            },
+            knowledge,
+        }
+    }
+}
+
+impl Knowledge {
+    /// What a method knew of several recordings: each thing once.
+    #[must_use]
+    pub fn of_all(runs: &[&Run]) -> Self {
+        let mut learnt: Vec<&str> = Vec::new();
+        let mut labels_of: Vec<String> = Vec::new();
+        for Run { knowledge, .. } in runs {
+            if !learnt.contains(&knowledge.learnt.as_str()) {
+                learnt.push(&knowledge.learnt);
+            }
+            for name in &knowledge.labels_of {
+                if !labels_of.contains(name) {
+                    labels_of.push(name.clone());
+                }
+            }
+        }
+        Self {
+            learnt: learnt.join("; "),
+            labels_of,
+        }
+    }
+}
+
+fn each(
+    recordings: &[Labelled],
+    run: impl Fn(usize, &Labelled) -> Result<Option<Run>, ParamsError>,
+) -> Result<Vec<Option<Run>>, ParamsError> {
+    let runs = recordings.iter().enumerate();
+    runs.map(|(index, file)| run(index, file)).collect()
+}
+
+/// The paper's preset with its window as a duration.
+fn paper_params() -> Params {
+    Params {
+        window: WindowLength::Duration(PAPER_WINDOW),
+        ..Params::PAPER
+    }
+}
+
+fn estimated(file: &Labelled, params: &Params, learnt: &str) -> Result<Run, ParamsError> {
+    let estimates = replay(&file.recording, params)?;
+    let stable = |estimate: &ContactEstimate| f64::from(estimate.probabilities.stable);
+    let probabilities: Vec<f64> = estimates.iter().map(stable).collect();
+    Ok(Run::of(file, &probabilities, learnt))
+}
+
+/// The script has no means to take out gravity.
+fn authors_run(file: &Labelled) -> Option<Run> {
+    match file.recording.gravity {
+        Gravity::Included => None,
+        Gravity::Removed => {
+            let window = file.samples_in(f64::from(PAPER_WINDOW));
+            let probabilities = authors::probabilities(&file.readings, window, &Params::PAPER);
+            Some(Run::of(file, &probabilities, "parameters as published"))
+        }
+    }
+}
+
+fn published_run(file: &Labelled, scores: &[f64]) -> Run {
+    let knowledge = Knowledge {
+        learnt: "constants as published".to_owned(),
+        labels_of: Vec::new(),
+    };
+    Run::thresholded(file, scores, -published::THRESHOLD, knowledge)
+}
+
+fn force_trigger_run(file: &Labelled) -> Option<Run> {
+    let shares = grf::load_shares(file.ground_reaction.as_ref()?);
+    Some(Run::of(
+        file,
+        &grf::schmitt_trigger(&shares),
+        "levels as published, weight from the load",
+    ))
+}
+
+/// A detector with the threshold that gives the fewest wrong answers on its teachers' recordings, in
+/// which each family counts alike.
+fn tuned(recordings: &[Labelled], detector: Detector, teachers: Teachers) -> Vec<Option<Run>> {
+    let scores: Vec<_> = recordings
+        .iter()
+        .map(|file| detector.scores(file))
+        .collect();
+    // The recordings of a family have the same teachers in the other families.
+    let mut thresholds: BTreeMap<Vec<usize>, f64> = BTreeMap::new();
+    let of_index = |(index, file): (usize, &Labelled)| {
+        let scores_here = scores[index].as_ref()?;
+        let mut from = teachers.indices(recordings, index);
+        from.retain(|index| scores[*index].is_some());
+        if from.is_empty() {
+            return None;
+        }
+        let knowledge = Knowledge {
+            learnt: format!(
+                "threshold from {}",
+                teachers_name(recordings, teachers, &from)
+            ),
+            labels_of: from
+                .iter()
+                .map(|index| recordings[*index].name().to_owned())
+                .collect(),
+        };
+        let threshold = *thresholds.entry(from).or_insert_with_key(|from| {
+            threshold(&by_family(recordings, from, |index| {
+                scores[index].as_deref().unwrap_or_default()
+            }))
+        });
+        Some(Run::thresholded(file, scores_here, threshold, knowledge))
+    };
+    recordings.iter().enumerate().map(of_index).collect()
+}
+
+/// The scores of recordings beside their labels, one group a family. The recordings of a family are
+/// next to each other.
+fn by_family<'a>(
+    recordings: &[Labelled],
+    indices: &[usize],
+    scores: impl Fn(usize) -> &'a [f64],
+) -> Vec<Vec<Scored>> {
+    let family = |index: &usize| recordings[*index].set.family();
+    let families = indices.chunk_by(|a, b| family(a) == family(b));
+    families
+        .map(|indices| {
+            let scored = |index: &usize| recordings[*index].scored(scores(*index));
+            indices.iter().flat_map(scored).collect()
+        })
+        .collect()
+}
+
+fn teachers_name(recordings: &[Labelled], teachers: Teachers, indices: &[usize]) -> String {
+    let mut names: Vec<&str> = indices
+        .iter()
+        .map(|index| match teachers {
+            Teachers::OtherFamilies => recordings[*index].set.family().name(),
+            Teachers::SameFamily => recordings[*index].name(),
+        })
+        .collect();
+    names.dedup();
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,177 @@
+//! What each method may know, and what it answers.
+
+use recordings::recording::Label;
+
+use super::*;
+use crate::sets::{Family, Set};
+use crate::testing::labelled;
+
+/// Every kind of set, each with more than one recording.
+const SETS: [Set; 9] = [
+    Set::Ground,
+    Set::ThreeSteps,
+    Set::Slip,
+    Set::Atlas7k,
+    Set::Nao,
+    Set::Shoe,
+    Set::Shoe,
+    Set::Demo,
+    Set::Walk,
+];
+
+/// The index of a recording that teaches no other one of its family.
+const SLIP: usize = 2;
+
+type Row = (recordings::input::pce::Wrench, [f64; 6], Label);
+
+/// A walk of a foot that turns `slowness` times slower in its swing than in the first.
+fn rows(slowness: f64) -> impl Iterator<Item = Row> {
+    (0..2000_u32).map(move |k| {
+        let noise = 0.01 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
+        let tremble = [10.0 * noise, noise, noise, noise, noise, noise];
+        if k / 125 % 2 == 0 {
+            ([0.0, 0.0, 800.0, 0.0, 0.0, 0.0], tremble, Label::Stable)
+        } else {
+            let swing = tremble.map(|m| 8.0 / slowness + m);
+            ([0.0; 6], swing, Label::NotStable)
+        }
+    })
+}
+
+fn walks() -> Vec<Labelled> {
+    let slowness = (0..).map(|index| 1.0 + 0.1 * f64::from(index % 4));
+    let sets = SETS.into_iter().zip(slowness);
+    sets.map(|(set, slowness)| labelled(set, rows(slowness)))
+        .collect()
+}
+
+fn with_labels_turned(walks: &[Labelled], turns: impl Fn(usize) -> bool) -> Vec<Labelled> {
+    let mut turned = walks.to_vec();
+    for (_, file) in turned.iter_mut().enumerate().filter(|(k, _)| turns(*k)) {
+        for sample in &mut file.recording.samples {
+            sample.label = sample.label.map(|label| match label {
+                Label::Stable => Label::NotStable,
+                Label::NotStable => Label::Stable,
+            });
+        }
+    }
+    turned
+}
+
+fn probabilities(run: Option<&Run>) -> Option<Vec<f64>> {
+    let scored = run?.answers.scored.iter();
+    Some(scored.map(|s| s.probability).collect())
+}
+
+#[test]
+fn a_threshold_is_what_the_other_recordings_say_and_not_the_one_scored() {
+    for teachers in [Teachers::OtherFamilies, Teachers::SameFamily] {
+        let method = Method::tuned(Detector::Shoe, teachers);
+        let mut files = walks();
+        let before = method.run(&files).unwrap().swap_remove(0).unwrap();
+        // Another motion in the recordings that tune the first moves the first's threshold …
+        for index in teachers.indices(&files, 0) {
+            files[index] = labelled(SETS[index], rows(2000.0));
+        }
+        let after = method.run(&files).unwrap().swap_remove(0).unwrap();
+        assert_ne!(before.answers.scored, after.answers.scored, "{teachers:?}");
+        // … while what it is a threshold on stays.
+        assert_eq!(before.answers.ranking, after.answers.ranking);
+    }
+}
+
+#[test]
+fn no_method_that_a_robot_can_run_changes_its_mind_by_what_comes_later() {
+    let files = walks();
+    let mut cut = files.clone();
+    // What is learnt from others stays: nothing that is scored here learns from the slip set.
+    let keep = 1000;
+    cut[SLIP] = labelled(Set::Slip, rows(1.2).take(keep));
+    for method in Method::ALL {
+        let slip = |files| method.run(files).unwrap().swap_remove(SLIP);
+        let whole = slip(&files).unwrap().answers.scored;
+        let part = slip(&cut).unwrap().answers.scored;
+        let same = part.iter().zip(&whole).all(|(a, b)| a == b);
+        let reaches_the_end = part.len() == keep;
+        match method.causality() {
+            Causality::Causal => assert!(same && reaches_the_end, "{method:?}"),
+            Causality::LooksAhead => assert!(!reaches_the_end, "{method:?}"),
+        }
+    }
+}
+
+#[test]
+fn no_method_uses_labels_of_the_recording_it_is_scored_on() {
+    let files = walks();
+    for method in Method::ALL {
+        let before = method.run(&files).unwrap();
+        for (index, run) in before.iter().enumerate() {
+            let turned = with_labels_turned(&files, |other| other == index);
+            let after = method.run(&turned).unwrap();
+            assert_eq!(
+                probabilities(run.as_ref()),
+                probabilities(after[index].as_ref()),
+                "{method:?} on {index}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_tuned_on_other_families_uses_no_labels_of_its_own() {
+    let files = walks();
+    let tuned = Method::ALL.into_iter().filter(|method| {
+        matches!(method, Method::Tuned { teachers, .. } if *teachers == Teachers::OtherFamilies)
+    });
+    for method in tuned {
+        let before = method.run(&files).unwrap();
+        for family in SETS.map(Set::family) {
+            let own = |index: usize| SETS[index].family() == family;
+            let after = method.run(&with_labels_turned(&files, own)).unwrap();
+            for index in (0..files.len()).filter(|index| own(*index)) {
+                assert_eq!(
+                    probabilities(before[index].as_ref()),
+                    probabilities(after[index].as_ref()),
+                    "{method:?} on {index}"
+                );
+                let knowledge = before[index].as_ref().map(|run| &run.knowledge.learnt);
+                assert!(knowledge.is_none_or(|learnt| !learnt.contains(family.name())));
+            }
+        }
+    }
+}
+
+#[test]
+fn where_there_is_no_force_its_methods_are_absent_and_all_others_are_there() {
+    let files = walks();
+    for method in Method::ALL {
+        let needs_robot = matches!(
+            method,
+            Method::Authors
+                | Method::ForceTrigger
+                | Method::FuzzyCMeans
+                | Method::Tuned {
+                    detector: Detector::Force,
+                    ..
+                }
+        );
+        for (file, run) in files.iter().zip(method.run(&files).unwrap()) {
+            let robot = matches!(file.set.family(), Family::Atlas | Family::Lcd);
+            assert_eq!(run.is_some(), robot || !needs_robot, "{method:?}");
+        }
+    }
+}
+
+#[test]
+fn what_several_runs_knew_is_said_once() {
+    let runs = Method::tuned(Detector::Ared, Teachers::SameFamily)
+        .run(&walks())
+        .unwrap();
+    let atlas: Vec<&Run> = runs[..3].iter().flatten().collect();
+    let knowledge = Knowledge::of_all(&atlas);
+    assert_eq!(
+        knowledge.learnt,
+        "threshold from made up for 3 steps; threshold from made up for ground"
+    );
+    assert_eq!(knowledge.labels_of.len(), 2);
+}

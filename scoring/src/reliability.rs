@@ -1,0 +1,104 @@
+//! Whether a probability means what it says: of the samples with P near 0.8, four in five should be
+//! stable.
+//!
+//! Samples are sorted into [`BINS`] bins of equal width by their probability, as in M. P. Naeini,
+//! G. F. Cooper, M. Hauskrecht, *Obtaining Well Calibrated Probabilities Using Bayesian Binning*,
+//! AAAI 2015. A reliability diagram draws each bin's mean label over its mean probability; the
+//! expected calibration error is how far the two lie apart, weighted by the samples in the bin.
+
+use serde::Serialize;
+
+use crate::scored::Scored;
+
+/// Bins over [0, 1].
+pub const BINS: usize = 10;
+
+/// The samples whose probability lies in one bin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Bin {
+    /// How many there are.
+    pub samples: usize,
+    /// Their mean probability, in [0, 1].
+    pub probability: f64,
+    /// The share of them that is stable, in [0, 1].
+    pub stable: f64,
+}
+
+/// The bins that hold any sample, in order of probability. A bin holds its lower end, the last
+/// holds 1 too.
+#[must_use]
+pub fn bins(scored: &[Scored]) -> Vec<Bin> {
+    let mut bins = [Bin::default(); BINS];
+    for sample in scored {
+        let index = (sample.probability * BINS as f64) as usize;
+        let bin = &mut bins[index.min(BINS - 1)];
+        bin.samples += 1;
+        bin.probability += sample.probability;
+        bin.stable += sample.truth();
+    }
+    let filled = bins.into_iter().filter(|bin| bin.samples > 0);
+    filled
+        .map(|bin| Bin {
+            samples: bin.samples,
+            probability: bin.probability / bin.samples as f64,
+            stable: bin.stable / bin.samples as f64,
+        })
+        .collect()
+}
+
+/// The expected calibration error over [`bins`], in [0, 1], best 0. `None` where there is no
+/// sample.
+#[must_use]
+pub fn calibration_error(scored: &[Scored]) -> Option<f64> {
+    let apart = |bin: Bin| bin.samples as f64 * (bin.probability - bin.stable).abs();
+    let sum: f64 = bins(scored).into_iter().map(apart).sum();
+    (!scored.is_empty()).then(|| sum / scored.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::Timestamp;
+    use recordings::recording::Label;
+
+    fn scored(pairs: &[(f64, u8)]) -> Vec<Scored> {
+        let sample = |(probability, label): &(f64, u8)| Scored {
+            time: Timestamp::from_micros(0),
+            probability: *probability,
+            label: match label {
+                1 => Label::Stable,
+                _ => Label::NotStable,
+            },
+        };
+        pairs.iter().map(sample).collect()
+    }
+
+    #[test]
+    fn a_probability_that_comes_true_as_often_as_it_says_has_no_error() {
+        let samples = scored(&[
+            (0.25, 1),
+            (0.25, 0),
+            (0.25, 0),
+            (0.25, 0),
+            (1.0, 1),
+            (0.0, 0),
+        ]);
+        assert_eq!(calibration_error(&samples), Some(0.0));
+    }
+
+    #[test]
+    fn bins_count_by_their_samples() {
+        // Four at 0.9 of which half come true: 0.4 apart; one at 0.1: 0.1 apart.
+        let samples = scored(&[(0.9, 1), (0.9, 0), (0.9, 1), (0.9, 0), (0.1, 0)]);
+        let error = calibration_error(&samples).unwrap();
+        assert!((error - (4.0 * 0.4 + 0.1) / 5.0).abs() < 1e-12, "{error}");
+    }
+
+    #[test]
+    fn both_ends_have_their_bin_and_empty_bins_are_left_out() {
+        let bins = bins(&scored(&[(0.0, 0), (1.0, 1), (0.95, 0)]));
+        let samples: Vec<_> = bins.iter().map(|bin| bin.samples).collect();
+        assert_eq!(samples, [1, 2]);
+        assert_eq!(calibration_error(&[]), None);
+    }
+}

@@ -1,0 +1,348 @@
+//! The sets of recordings with labels, and the families that they belong to.
+//!
+//! A set is scored as one. Sets of a family share robots, sensors or the definition of their label,
+//! so that a constant found on one of them says little about how it does elsewhere: a fair one comes
+//! from another family ([`teaching`](crate::teaching)).
+
+use serde::Serialize;
+
+use gait::plan::DEMO_SEED;
+use gait::slips;
+use gait::{GaitName, Ground, Plan, SensorParams};
+use recordings::input::pce::LabelScheme;
+
+/// Of each simulated walk, trot and run, s.
+const STEADY_SECONDS: f64 = 30.0;
+
+/// The seed of each simulated walk, trot and run.
+const STEADY_SEED: u64 = 1;
+
+/// Of each walk with slips, s.
+const SLIPS_SECONDS: f64 = 14.0;
+
+/// Step through the profiles of the grid of slips. It has no divisor with any side of the
+/// grid in common, so speeds, floors, headings and vibrations all vary.
+const SLIPS_STEP: usize = 31;
+
+/// The seed of the first walk with slips; the others follow.
+const SLIPS_SEED: u64 = 3000;
+
+/// Sets that share their robots, sensors or labels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Family {
+    /// The simulated robot of the method's authors; labels come from the friction cone.
+    Atlas,
+    /// Two other simulated robots; labels are contact classes.
+    Lcd,
+    /// A person's shoe; labels come from the shoe's measured speed.
+    Shoe,
+    /// The simulated foot of [`gait`]; labels come from its true motion.
+    Simulated,
+}
+
+impl Family {
+    /// Its name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Atlas => "ATLAS",
+            Self::Lcd => "LCD",
+            Self::Shoe => "shoe",
+            Self::Simulated => "simulated",
+        }
+    }
+}
+
+/// Recordings that are scored as one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Set {
+    /// ATLAS on a floor with grip.
+    Ground,
+    /// ATLAS, three steps.
+    ThreeSteps,
+    /// ATLAS on a slippery floor, on which the paper compares.
+    Slip,
+    /// LCD's ATLAS.
+    Atlas7k,
+    /// LCD's NAO.
+    Nao,
+    /// Twelve walks in a shoe.
+    Shoe,
+    /// The walk of `footfall demo`: firm, greased and soft ground.
+    Demo,
+    /// A simulated walk on firm ground.
+    Walk,
+    /// A simulated trot on firm ground.
+    Trot,
+    /// A simulated run on firm ground.
+    Run,
+    /// Simulated walks in which every other stance slips: a sample of [`slips::profiles`].
+    Slips,
+}
+
+impl Set {
+    /// All sets in the order in which they are shown.
+    pub const ALL: [Self; 11] = [
+        Self::Ground,
+        Self::ThreeSteps,
+        Self::Slip,
+        Self::Atlas7k,
+        Self::Nao,
+        Self::Shoe,
+        Self::Demo,
+        Self::Walk,
+        Self::Trot,
+        Self::Run,
+        Self::Slips,
+    ];
+
+    /// The sets that the mean over sets is taken of. The others show how the simulated foot does in
+    /// each gait; in the mean, that family would outweigh all recordings of others.
+    pub const AVERAGED: [Self; 7] = [
+        Self::Ground,
+        Self::ThreeSteps,
+        Self::Slip,
+        Self::Atlas7k,
+        Self::Nao,
+        Self::Shoe,
+        Self::Demo,
+    ];
+
+    /// Its name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ground => "ground",
+            Self::ThreeSteps => "3 steps",
+            Self::Slip => "slip",
+            Self::Atlas7k => "ATLAS 7k",
+            Self::Nao => "NAO",
+            Self::Shoe => "shoe",
+            Self::Demo => "demo",
+            Self::Walk => "walk",
+            Self::Trot => "trot",
+            Self::Run => "run",
+            Self::Slips => "slips",
+        }
+    }
+
+    /// The family it belongs to.
+    #[must_use]
+    pub const fn family(self) -> Family {
+        match self {
+            Self::Ground | Self::ThreeSteps | Self::Slip => Family::Atlas,
+            Self::Atlas7k | Self::Nao => Family::Lcd,
+            Self::Shoe => Family::Shoe,
+            Self::Demo | Self::Walk | Self::Trot | Self::Run | Self::Slips => Family::Simulated,
+        }
+    }
+
+    /// Where its recordings come from, in the order in which they are scored.
+    #[must_use]
+    pub fn sources(self) -> Vec<Source> {
+        match self {
+            Self::Ground => vec![atlas("pce/ATLAS_01ground.csv")],
+            Self::ThreeSteps => vec![atlas("pce/ATLAS_01ground_3steps.csv")],
+            Self::Slip => vec![atlas("pce/ATLAS_01ground_003slip.csv")],
+            Self::Atlas7k => vec![lcd("lcd/ATLAS_7k_04ground.csv")],
+            Self::Nao => vec![lcd("lcd/NAO_05ground.csv")],
+            Self::Shoe => SHOE_WALKS.map(shoe).into(),
+            Self::Demo => vec![Source::Simulated {
+                plan: Plan::demo(DEMO_SEED),
+                sensor: SensorParams::LSM6DSOX,
+                seed: DEMO_SEED,
+            }],
+            Self::Walk => vec![steady(GaitName::Walk)],
+            Self::Trot => vec![steady(GaitName::Trot)],
+            Self::Run => vec![steady(GaitName::Run)],
+            Self::Slips => (SLIPS_SEED..)
+                .zip(slips::profiles().step_by(SLIPS_STEP))
+                .map(|(seed, profile)| Source::Simulated {
+                    plan: profile.plan(SLIPS_SECONDS, seed),
+                    sensor: slips::SENSOR,
+                    seed,
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Sets whose samples are also scored together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pool {
+    /// The three sets of ATLAS.
+    Atlas,
+    /// The two sets of LCD.
+    Lcd,
+}
+
+impl Pool {
+    /// All pools in the order in which they are shown.
+    pub const ALL: [Self; 2] = [Self::Atlas, Self::Lcd];
+
+    /// The sets in it: all of a family.
+    #[must_use]
+    pub const fn family(self) -> Family {
+        match self {
+            Self::Atlas => Family::Atlas,
+            Self::Lcd => Family::Lcd,
+        }
+    }
+
+    /// Its name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Atlas => "ATLAS pooled",
+            Self::Lcd => "LCD pooled",
+        }
+    }
+}
+
+/// Where a recording comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// A file in the folder of datasets.
+    File(File),
+    /// A foot simulated by [`gait::simulate`].
+    Simulated {
+        /// What the foot does.
+        plan: Plan,
+        /// What the sensor is like.
+        sensor: SensorParams,
+        /// Which specimen of the sensor.
+        seed: u64,
+    },
+}
+
+/// A file in the folder of datasets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct File {
+    /// Its path in that folder.
+    pub path: &'static str,
+    /// How it is laid out.
+    pub layout: Layout,
+}
+
+/// What stands in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// Force, torque and motion without gravity, of a simulated robot.
+    Robot(LabelScheme),
+    /// A header and motion with gravity.
+    Walk,
+}
+
+impl File {
+    /// Where the file can be had.
+    #[must_use]
+    pub const fn origin(&self) -> &'static str {
+        match self.layout {
+            Layout::Robot(LabelScheme::StableOrNot) => {
+                "github.com/MichaelMarav/ProbabilisticContactEstimation, offline/data"
+            }
+            Layout::Robot(LabelScheme::ContactClass) => "github.com/mrsp/lcd",
+            Layout::Walk => "github.com/mtahakoroglu/OpenShoe-PyShoe-DeepShoe-FuseShoe",
+        }
+    }
+}
+
+/// All files that are read, in the order of the sets.
+#[must_use]
+pub fn files() -> Vec<File> {
+    let sources = Set::ALL.into_iter().flat_map(Set::sources);
+    let file = |source| match source {
+        Source::File(file) => Some(file),
+        Source::Simulated { .. } => None,
+    };
+    sources.filter_map(file).collect()
+}
+
+/// The files that are needed in the folder of datasets, under where they can be had.
+#[must_use]
+pub fn needed() -> String {
+    let mut text = "All of these are needed:".to_owned();
+    for of_one_origin in files().chunk_by(|one, next| one.origin() == next.origin()) {
+        let origin = of_one_origin.first().map_or("", File::origin);
+        text = text + "\n  from " + origin;
+        for file in of_one_origin {
+            text = text + "\n    " + file.path;
+        }
+    }
+    text
+}
+
+/// The walks whose labels come from an optical truth, by when they were recorded.
+const SHOE_WALKS: [&str; 12] = [
+    "pyshoe/2017-11-22-11-22-03.csv",
+    "pyshoe/2017-11-22-11-22-46.csv",
+    "pyshoe/2017-11-22-11-23-25.csv",
+    "pyshoe/2017-11-22-11-25-20.csv",
+    "pyshoe/2017-11-22-11-26-05.csv",
+    "pyshoe/2017-11-22-11-26-46.csv",
+    "pyshoe/2017-11-22-11-27-30.csv",
+    "pyshoe/2017-11-22-11-28-03.csv",
+    "pyshoe/2017-11-22-11-28-39.csv",
+    "pyshoe/2017-11-22-11-30-14.csv",
+    "pyshoe/2017-11-22-11-35-59.csv",
+    "pyshoe/2017-11-22-11-36-45.csv",
+];
+
+const fn atlas(path: &'static str) -> Source {
+    let layout = Layout::Robot(LabelScheme::StableOrNot);
+    Source::File(File { path, layout })
+}
+
+const fn lcd(path: &'static str) -> Source {
+    let layout = Layout::Robot(LabelScheme::ContactClass);
+    Source::File(File { path, layout })
+}
+
+const fn shoe(path: &'static str) -> Source {
+    let layout = Layout::Walk;
+    Source::File(File { path, layout })
+}
+
+fn steady(gait: GaitName) -> Source {
+    Source::Simulated {
+        plan: Plan::steady(gait, Ground::Hard, STEADY_SECONDS, STEADY_SEED),
+        sensor: SensorParams::LSM6DSOX,
+        seed: STEADY_SEED,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_set_has_a_recording_and_every_family_is_in_the_mean() {
+        for set in Set::ALL {
+            assert!(!set.sources().is_empty(), "{set:?}");
+            let counted = Set::AVERAGED.into_iter();
+            assert!(
+                counted
+                    .map(Set::family)
+                    .any(|family| family == set.family())
+            );
+        }
+        assert_eq!(Set::Shoe.sources().len(), 12);
+    }
+
+    #[test]
+    fn the_sample_of_slips_has_every_speed_and_both_gaits() {
+        let sample: Vec<_> = slips::profiles().step_by(SLIPS_STEP).collect();
+        for speed in slips::SPEEDS {
+            assert!(
+                sample.iter().any(|profile| profile.speed == speed),
+                "{speed}"
+            );
+        }
+        for gait in [GaitName::Walk, GaitName::Trot] {
+            assert!(sample.iter().any(|profile| profile.gait == gait), "{gait}");
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Which recordings a method may learn from before it is scored on one.
+//!
+//! Labels never come from the recording that is scored. An index is one into the recordings, in
+//! the order of their sets.
+
+use serde::Serialize;
+
+use crate::labelled::Labelled;
+use crate::sets::Family;
+
+/// Whose labels a method has learnt from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Teachers {
+    /// Those of all other families: nothing is known of this robot, sensor or kind of label.
+    OtherFamilies,
+    /// Those of another recording of the same family.
+    SameFamily,
+}
+
+impl Teachers {
+    /// The indices of the recordings whose labels may be used for the one at `index`.
+    #[must_use]
+    pub fn indices(self, recordings: &[Labelled], index: usize) -> Vec<usize> {
+        match self {
+            Self::OtherFamilies => {
+                let family = |index: usize| recordings[index].set.family();
+                let all = 0..recordings.len();
+                all.filter(|other| family(*other) != family(index))
+                    .collect()
+            }
+            Self::SameFamily => first_relative(recordings, index).into_iter().collect(),
+        }
+    }
+}
+
+/// The index of the recording that is looked at without its labels for the one at `index`: another
+/// one of the same robot, or itself where the robot has no other.
+#[must_use]
+pub fn unlabelled(recordings: &[Labelled], index: usize) -> usize {
+    match recordings[index].set.family() {
+        // Its two recordings are of two robots.
+        Family::Lcd => index,
+        Family::Atlas | Family::Shoe | Family::Simulated => {
+            first_relative(recordings, index).unwrap_or(index)
+        }
+    }
+}
+
+/// The first other recording of the same family.
+fn first_relative(recordings: &[Labelled], index: usize) -> Option<usize> {
+    let family = |index: usize| recordings[index].set.family();
+    (0..recordings.len()).find(|other| *other != index && family(*other) == family(index))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sets::Set;
+    use crate::testing::labelled;
+
+    fn recordings(sets: &[Set]) -> Vec<Labelled> {
+        let empty = |set: &Set| labelled(*set, std::iter::empty());
+        sets.iter().map(empty).collect()
+    }
+
+    #[test]
+    fn no_threshold_comes_from_the_recording_that_is_scored() {
+        use Set::{Atlas7k, Demo, Ground, Nao, Shoe, Slip, ThreeSteps, Walk};
+        let recordings = recordings(&[
+            Ground, ThreeSteps, Slip, Atlas7k, Nao, Shoe, Shoe, Demo, Walk,
+        ]);
+        for index in 0..recordings.len() {
+            for teachers in [Teachers::OtherFamilies, Teachers::SameFamily] {
+                let indices = teachers.indices(&recordings, index);
+                assert!(!indices.is_empty() && !indices.contains(&index), "{index}");
+            }
+        }
+        let same = |index| Teachers::SameFamily.indices(&recordings, index);
+        assert_eq!([same(0), same(1), same(2)], [[1], [0], [0]]);
+        assert_eq!([same(3), same(4)], [[4], [3]]);
+        let others = Teachers::OtherFamilies.indices(&recordings, 3);
+        assert_eq!(others, [0, 1, 2, 5, 6, 7, 8]);
+    }
+
+    #[test]
+    fn a_recording_without_relatives_has_no_teacher_of_its_family() {
+        let recordings = recordings(&[Set::Ground, Set::Demo]);
+        assert!(Teachers::SameFamily.indices(&recordings, 0).is_empty());
+        assert_eq!(unlabelled(&recordings, 0), 0);
+    }
+
+    #[test]
+    fn what_needs_no_labels_is_learnt_on_the_same_robot() {
+        let recordings = recordings(&[Set::Ground, Set::Slip, Set::Atlas7k, Set::Nao]);
+        let learnt_on: Vec<_> = (0..4).map(|index| unlabelled(&recordings, index)).collect();
+        assert_eq!(learnt_on, [1, 0, 2, 3]);
+    }
+}

@@ -1,0 +1,194 @@
+//! Faults that can be injected into the board.
+
+use lsm6dsox::sim::{Part as Sensor, PartFault as SensorFault};
+
+use super::{Board, CONSOLE, LOAD};
+use crate::chip::NOMINAL_MV;
+use crate::core::cpu::Interrupts;
+use crate::core::nvic::exception;
+use crate::memory::RAM;
+use crate::part::can::BusFault;
+use crate::part::rcc::ResetCause;
+use crate::part::usart::LineFault;
+use crate::time::from_us;
+
+/// A branch to itself.
+const ENDLESS_LOOP: u16 = 0xE7FE;
+
+/// Where there is neither memory nor a peripheral.
+const NOWHERE: u32 = 0x6000_0000;
+
+/// A fault that is injected into the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Injection {
+    /// Of the sensor or its line.
+    Sensor(SensorFault),
+    /// The clock on the sensor's bus stops, and a reset of its controller does not start it again.
+    SensorClockStopped,
+    /// This stream of DMA2 meets an error in the middle of each transfer.
+    DmaError(usize),
+    /// Of the CAN bus.
+    Bus(BusFault),
+    /// Of the serial line.
+    Line(LineFault),
+    /// The crystal stops, and will not start again.
+    CrystalLost,
+    /// The supply dips.
+    BrownOut,
+    /// The supply becomes this, mV. Below the brown-out level of the option bytes it is a dip, and
+    /// comes back.
+    Supply(u32),
+    /// A debugger halts the core for this long, ms.
+    DebuggerHalt(u32),
+    /// The reset pin is pulled low.
+    Reset,
+    /// The supply fails in this many operations of flash from now.
+    CutInFlash(u64),
+    /// In this many operations of flash from now, one that programs clears a bit too many.
+    WornFlash(u64),
+    /// The load sensor's voltage becomes this.
+    Load(u16),
+    /// The core jumps to an address without memory.
+    Derail,
+    /// The core hangs in an endless loop with interrupts masked.
+    Hang,
+    /// The core jumps to the panic handler.
+    Panic,
+    /// The stack pointer moves to the end of the stack.
+    StackOverflow,
+    /// An interrupt of this number is no longer enabled, as by a flipped bit: a task that waits
+    /// for it waits until the next reset.
+    InterruptLost(u16),
+    /// The pages with the settings are blank.
+    SettingsErased,
+    /// The pages with the settings hold arbitrary bytes, made from this seed.
+    SettingsGarbage(u64),
+    /// Bits have flipped all over the pages with the settings, where something was written.
+    SettingsDamaged,
+    /// Every fault of the sensor and its bus, of DMA, of CAN, of the serial line and of the load
+    /// sensor is cleared.
+    Clear,
+}
+
+impl Board {
+    /// Injects a fault now, or clears those that can be cleared.
+    pub fn inject(&mut self, injection: Injection) {
+        match injection {
+            Injection::Derail => return self.cpu.derail(NOWHERE, Interrupts::Enabled),
+            Injection::Hang => {
+                // At the far end of the stack, which a running program does not reach.
+                let memory = self.cpu.memory();
+                memory.write(RAM.start, &ENDLESS_LOOP.to_le_bytes());
+                return self.cpu.derail(RAM.start, Interrupts::Masked);
+            }
+            Injection::Panic => return self.derail_to("rust_begin_unwind"),
+            Injection::StackOverflow => {
+                let end = self.image.symbol("_stack_end").unwrap_or(RAM.start);
+                return self.cpu.move_stack(end);
+            }
+            Injection::SettingsErased => return self.spoil_settings(|_, _| 0xFF),
+            Injection::SettingsGarbage(seed) => return self.fill_settings(seed),
+            Injection::SettingsDamaged => {
+                return self.spoil_settings(|index, byte| {
+                    let hit = index % 37 == 9 && byte != 0xFF;
+                    byte ^ u8::from(hit) << 2
+                });
+            }
+            _ => {}
+        }
+        let mut machine = self.cpu.machine();
+        let now = machine.now;
+        match injection {
+            Injection::Sensor(fault) => {
+                machine.chip.with_sensor(now, |sensor| sensor.inject(fault));
+            }
+            Injection::SensorClockStopped => machine.chip.set_sensor_clock_stopped(true, now),
+            Injection::DmaError(stream) => machine.chip.failing_streams[stream & 7] = true,
+            Injection::Bus(fault) => machine.chip.can.set_fault(fault),
+            Injection::CrystalLost => machine.lose_crystal(),
+            Injection::Supply(mv) => machine.chip.set_supply(mv),
+            Injection::DebuggerHalt(ms) => machine.halt(from_us(u64::from(ms) * 1000)),
+            Injection::BrownOut => machine.chip.request_reset(ResetCause::BrownOut),
+            Injection::Reset => machine.chip.request_reset(ResetCause::Pin),
+            Injection::CutInFlash(operations) => {
+                let done = machine.chip.flash.operations;
+                machine.chip.flash.cut_at = Some(done + operations);
+            }
+            Injection::WornFlash(operations) => {
+                let done = machine.chip.flash.operations;
+                machine.chip.flash.worn_at = Some(done + operations);
+            }
+            Injection::Load(code) => machine.chip.adc.inputs[LOAD] = code,
+            Injection::Line(fault) => {
+                let pclk = machine.chip.usart_clock(CONSOLE);
+                machine.chip.usarts[CONSOLE].set_fault(fault, now, pclk);
+            }
+            Injection::InterruptLost(interrupt) => {
+                machine.nvic.disable(exception::INTERRUPT + interrupt);
+            }
+            Injection::Derail
+            | Injection::Hang
+            | Injection::Panic
+            | Injection::StackOverflow
+            | Injection::SettingsErased
+            | Injection::SettingsGarbage(_)
+            | Injection::SettingsDamaged => {}
+            Injection::Clear => {
+                let pclk = machine.chip.usart_clock(CONSOLE);
+                machine.chip.usarts[CONSOLE].set_fault(LineFault::None, now, pclk);
+                machine.chip.with_sensor(now, Sensor::clear_faults);
+                machine.chip.set_sensor_clock_stopped(false, now);
+                machine.chip.failing_streams = [false; 8];
+                machine.chip.can.set_fault(BusFault::None);
+                machine.chip.adc.inputs[LOAD] = self.load;
+                machine.chip.set_supply(NOMINAL_MV);
+            }
+        }
+        machine.wake();
+    }
+
+    /// The core goes on in a function.
+    fn derail_to(&mut self, name: &str) {
+        let functions = &self.image.functions;
+        let function = functions.iter().find(|(.., known)| known.contains(name));
+        if let Some(&(start, ..)) = function {
+            self.cpu.derail(start, Interrupts::Enabled);
+        }
+    }
+
+    /// Fills the pages with the settings as a seed chooses: with noise, with noise in blank pages, or
+    /// by clearing scattered bits of their content.
+    fn fill_settings(&mut self, seed: u64) {
+        let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+        let mut next = move || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state
+        };
+        let kind = next() % 3;
+        let (from, length) = (next() as usize % 0x8000, next() as usize % 0x1000);
+        let noise: Vec<u8> = (0..0x8000).map(|_| (next() >> 32) as u8).collect();
+        let sparse: Vec<bool> = (0..0x8000).map(|_| next() % 64 == 0).collect();
+        self.spoil_settings(|index, byte| {
+            let noise = noise.get(index).copied().unwrap_or(0);
+            let is_sparse = sparse.get(index).copied().unwrap_or(false);
+            match kind {
+                0 => noise,
+                1 if (from..from + length).contains(&index) => noise,
+                1 => 0xFF,
+                _ if is_sparse => byte & noise,
+                _ => byte,
+            }
+        });
+    }
+
+    /// Changes the pages with the settings, byte by byte.
+    fn spoil_settings(&mut self, change: impl Fn(usize, u8) -> u8) {
+        let mut bytes = self.settings();
+        for (index, byte) in bytes.iter_mut().enumerate() {
+            *byte = change(index, *byte);
+        }
+        self.set_settings(&bytes);
+    }
+}

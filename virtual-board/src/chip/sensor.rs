@@ -1,0 +1,188 @@
+//! The sensor on SPI1: chip select on PA4, INT1 on PA0, where a timer captures its edges.
+
+use lsm6dsox::setting::Pin;
+use lsm6dsox::sim::Part as Sensor;
+
+use super::Chip;
+use crate::time::{NEVER, from_ns, to_ns};
+
+/// Which of these timers each of them has as its internal triggers 0 to 3; the others are not
+/// modelled (RM0090, table 98).
+const TRIGGERS: [[Option<usize>; 4]; 4] = [
+    [None, None, Some(1), Some(2)],
+    [None, Some(0), Some(3), Some(2)],
+    [None, Some(0), Some(1), None],
+    [Some(0), Some(1), Some(2), None],
+];
+
+/// The bytes on the sensor's bus while its chip select was low.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Transaction {
+    /// When the chip select fell, in units of [`time`](crate::time).
+    pub start: u64,
+    /// When the last byte was through.
+    pub end: u64,
+    /// When the sensor's pin had last risen before.
+    pub edge: Option<u64>,
+    /// To the sensor.
+    pub out: Vec<u8>,
+    /// From it.
+    pub back: Vec<u8>,
+}
+
+impl Chip {
+    /// Faults of the sensor come and go between accesses; afterwards its pin is read again.
+    pub fn with_sensor<T>(&mut self, now: u64, act: impl FnOnce(&mut Sensor) -> T) -> Option<T> {
+        let sensor = self.sensor.as_mut()?;
+        sensor.advance_to(to_ns(now));
+        let result = act(sensor);
+        self.watch_pin(now);
+        Some(result)
+    }
+
+    /// The clock on the sensor's bus stops, or runs again.
+    pub const fn set_sensor_clock_stopped(&mut self, stopped: bool, now: u64) {
+        let pclk = self.spi_clock(0);
+        self.spis[0].set_stopped(stopped, now, pclk);
+    }
+
+    /// A byte to the sensor, and its answer.
+    pub(super) fn exchange(&mut self, out: u8, now: u64) -> u8 {
+        // The data line then has the level that its pin is pulled to.
+        let undriven = match self.ports[0].is_pulled_up(6) {
+            true => 0xFF,
+            false => 0,
+        };
+        let Some(sensor) = &mut self.sensor else {
+            return undriven;
+        };
+        sensor.advance_to(to_ns(now));
+        if !self.selected {
+            return undriven;
+        }
+        let answer = sensor.exchange(out);
+        if let Some(transaction) = self.transactions.as_mut().and_then(|all| all.last_mut()) {
+            transaction.end = now;
+            transaction.out.push(out);
+            transaction.back.push(answer);
+        }
+        self.watch_pin(now);
+        answer
+    }
+
+    /// The sensor's time goes on, and every edge of its pin is seen.
+    pub(super) fn advance_sensor(&mut self, now: u64) {
+        while self.sensor_edge <= now {
+            let edge = self.sensor_edge;
+            if let Some(sensor) = &mut self.sensor {
+                let edge_ns = to_ns(edge);
+                sensor.advance_to(edge_ns.saturating_sub(1));
+                let low = !sensor.pin_is_high(Pin::Int1);
+                if low && self.pin_high {
+                    self.set_pin(false, edge);
+                }
+                if let Some(sensor) = &mut self.sensor {
+                    sensor.advance_to(edge_ns);
+                }
+            }
+            self.watch_pin(edge);
+            if self.sensor_edge == edge {
+                // Announced, but it has not come: it will be announced again.
+                self.sensor_edge = NEVER;
+            }
+        }
+    }
+
+    /// Looks at the level of the pin and when it rises next.
+    pub(super) fn watch_pin(&mut self, now: u64) {
+        let Some(sensor) = &self.sensor else {
+            return;
+        };
+        let high = sensor.pin_is_high(Pin::Int1);
+        self.sensor_edge = sensor.next_rising_edge_ns(Pin::Int1).map_or(NEVER, from_ns);
+        if high != self.pin_high {
+            self.set_pin(high, now);
+        }
+    }
+
+    /// The level of the pin changes: port, interrupt and timer capture see it.
+    fn set_pin(&mut self, high: bool, now: u64) {
+        self.pin_high = high;
+        if high {
+            self.data_ready = Some(now);
+        }
+        let port = &mut self.ports[0];
+        port.levels = port.levels & !1 | u16::from(high);
+        self.exti.edge(0, 0, high);
+        // PA0 is channel 1 of TIM2 as its alternate function 1, of TIM5 as 2.
+        if port.mode(0) == 2 {
+            let captured = match port.function(0) {
+                1 if self.timers[0].edge(0, high, now) => Some(0),
+                2 if self.timers[3].edge(0, high, now) => Some(3),
+                _ => None,
+            };
+            if let Some(master) = captured {
+                self.pulse(master);
+            }
+        }
+    }
+
+    /// A timer's trigger output has a pulse.
+    fn pulse(&mut self, master: usize) {
+        for (timer, triggers) in self.timers.iter_mut().zip(TRIGGERS) {
+            let input = timer.counts_trigger().map(|input| triggers[input as usize]);
+            if input == Some(Some(master)) {
+                timer.trigger();
+            }
+        }
+    }
+
+    /// The chip select follows its pin.
+    pub(super) fn update_select(&mut self, now: u64) {
+        // An input floats, and the sensor's pull-up holds the line.
+        let low = self.ports[0].mode(4) == 1 && !self.ports[0].level(4);
+        if low == self.selected {
+            return;
+        }
+        self.selected = low;
+        if low && let Some(transactions) = &mut self.transactions {
+            transactions.push(Transaction {
+                start: now,
+                edge: self.data_ready,
+                ..Transaction::default()
+            });
+        }
+        if let Some(sensor) = &mut self.sensor {
+            sensor.advance_to(to_ns(now));
+            if low {
+                sensor.select();
+            } else {
+                sensor.deselect();
+            }
+            self.watch_pin(now);
+        }
+    }
+
+    /// The sensor takes bytes in modes 0 and 3 at no more than 10 MHz.
+    pub(super) fn check_sensor_bus(
+        &mut self,
+        index: usize,
+        offset: u32,
+        pclk: u32,
+    ) -> Result<(), String> {
+        if index != 0 || offset != 0xC || !self.selected {
+            return Ok(());
+        }
+        let (rate, mode) = (self.spis[0].bit_rate(pclk), self.spis[0].mode());
+        if rate > 10_000_000 {
+            return Err(format!("the sensor's bus at {rate} Hz, above its 10 MHz"));
+        }
+        if mode == 1 || mode == 2 {
+            return Err(format!("the sensor's bus in mode {mode}"));
+        }
+        if let Some(sensor) = &mut self.sensor {
+            sensor.set_bus_clock(rate);
+        }
+        Ok(())
+    }
+}

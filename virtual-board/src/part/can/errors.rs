@@ -1,0 +1,35 @@
+//! Error counters and the states that follow from them: warning, passive, off.
+
+use super::Can;
+use super::registers::{ABOM, ERRI};
+
+impl Can {
+    /// Transmit and receive error counters, and whether the controller is off the bus.
+    #[must_use]
+    pub const fn errors(&self) -> (u32, u32, bool) {
+        (self.transmit_errors, self.receive_errors, self.off)
+    }
+
+    pub(super) fn error_raised(&mut self) {
+        // ERRIE, and LECIE, BOFIE, EPVIE, EWGIE for the state that was reached.
+        if self.transmit_errors > 255 && !self.off {
+            self.off = true;
+            self.transmit_errors = 0;
+            if self.control & ABOM != 0 {
+                self.wait_for_idle(128 * 11);
+            }
+        }
+        let state = self.error_state();
+        let watched = self.interrupts >> 8;
+        if state & watched & 7 != 0 || watched & 8 != 0 {
+            self.status |= ERRI;
+        }
+    }
+
+    pub(super) const fn error_state(&self) -> u32 {
+        let (transmit, receive) = (self.transmit_errors, self.receive_errors);
+        let warning = transmit >= 96 || receive >= 96 || self.off;
+        let passive = transmit > 127 || receive > 127 || self.off;
+        warning as u32 | (passive as u32) << 1 | (self.off as u32) << 2
+    }
+}

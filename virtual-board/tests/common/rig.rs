@@ -1,0 +1,199 @@
+//! A board with a master on both of its lines: requests out, answers and frames in.
+
+use estimator_core::Decision;
+use virtual_board::board::{Board, Injection};
+use virtual_board::part::can::Frame;
+use virtual_board::part::rcc::ResetCause;
+use virtual_board::part::usart::LineFault;
+use wire::dictionary::{SIGNATURE_STORE, index};
+use wire::uart::{Answer, ConfigGet, ConfigSet, Decoder, HealthMessage, Message, encode};
+use wire::{Address, Emergency, Value, pdo};
+
+use super::{MILLISECOND, boot_product};
+
+pub const PRE_OPERATIONAL: u8 = 0x80;
+pub const OPERATIONAL: u8 = 0x01;
+pub const STOP: u8 = 0x02;
+pub const RESET_NODE: u8 = 0x81;
+pub const RESET_COMMUNICATION: u8 = 0x82;
+
+/// A board, and everything that it has sent.
+pub struct Rig {
+    pub board: Board,
+    decoder: Decoder,
+    frames: Vec<(u64, Frame)>,
+    pub messages: Vec<(u64, Message)>,
+}
+
+impl Rig {
+    pub fn new(elf: &[u8]) -> Self {
+        Self::of(boot_product(elf))
+    }
+
+    pub fn of(board: Board) -> Self {
+        let (frames, messages) = (Vec::new(), Vec::new());
+        Self {
+            board,
+            decoder: Decoder::new(),
+            frames,
+            messages,
+        }
+    }
+
+    pub fn run_us(&mut self, us: u64) {
+        if let Err(failure) = self.board.run_for(us * MILLISECOND / 1000) {
+            panic!("{failure}");
+        }
+        for sent in self.board.take_can() {
+            self.frames.push((sent.time, sent.frame));
+        }
+        for sent in self.board.take_uart() {
+            if let Some(Ok(frame)) = self.decoder.push(sent.byte) {
+                self.messages.push((sent.time, frame.message));
+            }
+        }
+        self.board.take_can_requests();
+    }
+
+    pub fn run(&mut self, ms: u64) {
+        for _ in 0..ms / 10 {
+            self.run_us(10_000);
+        }
+        self.run_us(ms % 10 * 1000);
+    }
+
+    pub fn forget(&mut self) {
+        self.frames.clear();
+        self.messages.clear();
+    }
+
+    pub fn can(&mut self, id: u16, data: &[u8]) {
+        self.board.push_can(Frame::new(id, data));
+    }
+
+    pub fn nmt(&mut self, command: u8) {
+        self.can(0x000, &[command, 0x11]);
+    }
+
+    pub fn send(&mut self, message: &Message) {
+        self.board.push_uart(encode(0, message).as_bytes());
+    }
+
+    pub fn uart_get(&mut self, index: u16, subindex: u8) {
+        let address = Address::new(index, subindex);
+        self.send(&Message::ConfigGet(ConfigGet { address }));
+    }
+
+    pub fn uart_set(&mut self, index: u16, subindex: u8, value: Value) {
+        let (address, value) = (Address::new(index, subindex), value.into());
+        self.send(&Message::ConfigSet(ConfigSet { address, value }));
+    }
+
+    pub fn sdo_write(&mut self, index: u16, subindex: u8, value: u32) {
+        let [i0, i1] = index.to_le_bytes();
+        let [a, b, c, d] = value.to_le_bytes();
+        self.can(0x611, &[0x22, i0, i1, subindex, a, b, c, d]);
+    }
+
+    pub fn sdo_read(&mut self, index: u16, subindex: u8) {
+        let [i0, i1] = index.to_le_bytes();
+        self.can(0x611, &[0x40, i0, i1, subindex, 0, 0, 0, 0]);
+    }
+
+    pub fn store(&mut self) {
+        self.sdo_write(index::STORE, 1, SIGNATURE_STORE);
+    }
+
+    /// Answers of the SDO server so far.
+    pub fn answers(&self) -> Vec<[u8; 8]> {
+        let answers = self.frames.iter().filter(|(_, frame)| frame.id == 0x591);
+        let data = answers.map(|(_, frame)| frame.data.as_slice());
+        data.filter_map(|data| data.try_into().ok()).collect()
+    }
+
+    pub fn uart_answers(&self, index: u16) -> Vec<Answer> {
+        let answers = self.messages.iter().filter_map(|(_, sent)| match sent {
+            Message::ConfigResponse(response) if response.address.index == index => {
+                Some(response.answer)
+            }
+            _ => None,
+        });
+        answers.collect()
+    }
+
+    pub fn emergencies(&self) -> Vec<u16> {
+        let frames = self
+            .frames
+            .iter()
+            .filter(|(_, frame)| frame.id & !0x7F == 0x080);
+        frames
+            .filter_map(|(_, frame)| <[u8; 8]>::try_from(frame.data.as_slice()).ok())
+            .map(|data| Emergency::decode(&data).code)
+            .filter(|code| *code != 0)
+            .collect()
+    }
+
+    /// The times of frames that say "stable", with their line: `c` for CAN, `u` for the serial one.
+    pub fn stable(&self) -> Vec<(u64, char)> {
+        let says = |probability: u16, status: pdo::Status| {
+            status.decision() == Decision::Stable || status.is_valid() && probability >= 0x8000
+        };
+        let mut all = Vec::new();
+        for (time, frame) in &self.frames {
+            if frame.id & !0x7F == 0x180
+                && let Ok(data) = <[u8; 8]>::try_from(frame.data.as_slice())
+            {
+                let contact = pdo::Contact::decode(&data);
+                if says(contact.stable.0, contact.status) {
+                    all.push((*time, 'c'));
+                }
+            }
+        }
+        for (time, message) in &self.messages {
+            if let Message::Contact(contact) = message
+                && says(contact.stable.0, contact.status)
+            {
+                all.push((*time, 'u'));
+            }
+        }
+        all
+    }
+
+    pub fn contacts(&self) -> usize {
+        let contacts = self.frames.iter().filter(|(_, frame)| frame.id == 0x191);
+        contacts.count()
+    }
+
+    /// The last health message of the serial line.
+    pub fn health(&self) -> Option<HealthMessage> {
+        self.messages.iter().rev().find_map(|(_, sent)| match sent {
+            Message::Health(health) => Some(*health),
+            _ => None,
+        })
+    }
+
+    pub fn resets(&self) -> Vec<ResetCause> {
+        self.board
+            .resets()
+            .iter()
+            .map(|(_, cause)| *cause)
+            .collect()
+    }
+}
+
+/// A short disturbance of the serial line: low for three bits longer than a byte.
+pub fn glitch(rig: &mut Rig) {
+    rig.board.inject(Injection::Line(LineFault::Break));
+    rig.run_us(30);
+    rig.board.inject(Injection::Line(LineFault::None));
+}
+
+/// Requests over the serial line every `every_us` for half a second: the number of answers meanwhile.
+pub fn request_for_half_a_second(rig: &mut Rig, every_us: u64) -> usize {
+    rig.forget();
+    for _ in 0..500_000 / every_us {
+        rig.uart_get(index::IDENTITY, 4);
+        rig.run_us(every_us);
+    }
+    rig.uart_answers(index::IDENTITY).len()
+}

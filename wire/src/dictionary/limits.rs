@@ -1,0 +1,66 @@
+//! What may be written to an entry.
+
+use crate::abort::AbortCode;
+use crate::value::Value;
+
+/// What may be written. A value outside a range is too high or too low, one that a list or a range
+/// with a hole in it lacks is not allowed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limits {
+    /// Any value of the type.
+    Any,
+    /// From the first to the second.
+    Range(Value, Value),
+    /// From the first to the second, but nothing between the third and the fourth, themselves
+    /// included.
+    RangeWithout([Value; 4]),
+    /// One of these.
+    OneOf(&'static [Value]),
+}
+
+impl Limits {
+    /// Whether `value`, which has the right type, may be written.
+    ///
+    /// # Errors
+    /// The reason, as an abort code.
+    pub fn check(self, value: Value) -> Result<(), AbortCode> {
+        match self {
+            Self::Any => Ok(()),
+            Self::Range(low, high) => in_range(value, low, high),
+            Self::RangeWithout([low, high, from, to]) => {
+                if in_range(value, low, high).is_err() || in_range(value, from, to).is_ok() {
+                    return Err(AbortCode::InvalidValue);
+                }
+                Ok(())
+            }
+            Self::OneOf(values) => {
+                if values.contains(&value) {
+                    Ok(())
+                } else {
+                    Err(AbortCode::InvalidValue)
+                }
+            }
+        }
+    }
+
+    /// The least and the greatest value, where there are any.
+    #[must_use]
+    pub fn range(self) -> Option<(Value, Value)> {
+        match self {
+            Self::Any => None,
+            Self::Range(low, high) | Self::RangeWithout([low, high, ..]) => Some((low, high)),
+            Self::OneOf(values) => Some((*values.first()?, *values.last()?)),
+        }
+    }
+}
+
+fn in_range(value: Value, low: Value, high: Value) -> Result<(), AbortCode> {
+    use core::cmp::Ordering::{Greater, Less};
+    match (value.compare(low), value.compare(high)) {
+        (Some(Less), _) => Err(AbortCode::TooLow),
+        (_, Some(Greater)) => Err(AbortCode::TooHigh),
+        (Some(_), Some(_)) => Ok(()),
+        // Not a number.
+        _ => Err(AbortCode::InvalidValue),
+    }
+}

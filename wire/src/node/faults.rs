@@ -1,0 +1,83 @@
+//! The active faults, and the emergency messages that report each once it has come and once it has gone.
+
+use canopen_rs::NmtState;
+
+use super::Node;
+use crate::fault::{Emergency, Fault, Faults};
+use crate::foot::cob_id;
+use crate::frame::CanFrame;
+
+impl Node {
+    /// A fault has come: the emergency message to send. There is none for a fault that was there
+    /// already; where it cannot be sent in this state, [`Node::tick`] sends it later.
+    pub fn raise(&mut self, fault: Fault, detail: u32) -> Option<CanFrame> {
+        if self.device.faults.contains(fault) {
+            return None;
+        }
+        self.note(fault, detail);
+        self.report(fault)
+    }
+
+    /// The same for a fault that cannot be reported while it lasts: [`Node::tick`] sends the
+    /// emergency message after [`Node::release`].
+    pub fn raise_held_back(&mut self, fault: Fault, detail: u32) {
+        if !self.reported.contains(fault) {
+            self.held_back = self.held_back.with(fault);
+        }
+        if !self.device.faults.contains(fault) {
+            self.note(fault, detail);
+        }
+    }
+
+    /// From now on a fault that was held back may be reported.
+    pub fn release(&mut self, fault: Fault) {
+        self.held_back = self.held_back.without(fault);
+    }
+
+    fn note(&mut self, fault: Fault, detail: u32) {
+        self.device.faults = self.device.faults.with(fault);
+        // Each moves down by one, the oldest out of it.
+        let newest = u32::from(fault.code()) | u32::from(fault.number()) << 16;
+        let history = self.device.history.iter_mut();
+        history.fold(newest, |moved, entry| core::mem::replace(entry, moved));
+        if let Some(kept) = self.details.get_mut(usize::from(fault.number())) {
+            *kept = detail;
+        }
+    }
+
+    /// A fault has gone: the emergency message to send, where the fault was reported.
+    pub fn clear(&mut self, fault: Fault) -> Option<CanFrame> {
+        self.device.faults = self.device.faults.without(fault);
+        self.held_back = self.held_back.without(fault);
+        let reported = self.reported.contains(fault);
+        self.reported = self.reported.without(fault);
+        let id = self.id_for_emergencies().filter(|_| reported)?;
+        let emergency = Emergency::cleared(fault, self.device.faults);
+        Some(CanFrame::of(id, emergency.encode()))
+    }
+
+    pub(super) fn report(&mut self, fault: Fault) -> Option<CanFrame> {
+        let id = self.id_for_emergencies()?;
+        self.reported = self.reported.with(fault);
+        let detail = self.details.get(usize::from(fault.number())).copied();
+        let emergency = Emergency::raised(fault, detail.unwrap_or(0), self.device.faults);
+        Some(CanFrame::of(id, emergency.encode()))
+    }
+
+    /// The identifier of emergency messages, in the states in which they are sent.
+    fn id_for_emergencies(&self) -> Option<u16> {
+        match self.device.state {
+            NmtState::PreOperational | NmtState::Operational => {
+                Some(self.device.id?.cob_id(cob_id::EMERGENCY))
+            }
+            NmtState::Initialising | NmtState::Stopped => None,
+        }
+    }
+
+    /// The faults of which no emergency message was sent yet, and none is held back.
+    #[inline]
+    pub(super) const fn unreported(&self) -> Faults {
+        let reportable = self.device.faults.without_all(self.held_back);
+        reportable.without_all(self.reported)
+    }
+}

@@ -1,0 +1,105 @@
+//! A program that is run at the root of the workspace, and shown before.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+/// The root of the workspace.
+pub fn root() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.parent().unwrap_or(package)
+}
+
+/// One program with its arguments.
+pub struct Step {
+    program: String,
+    arguments: Vec<String>,
+    environment: Vec<(&'static str, &'static str)>,
+}
+
+impl Step {
+    /// Runs `program`, a path from the root or a name.
+    pub fn program(program: &str) -> Self {
+        let at_root = root().join(program);
+        Self {
+            program: match at_root.is_file() {
+                true => at_root.display().to_string(),
+                false => program.to_owned(),
+            },
+            arguments: Vec::new(),
+            environment: Vec::new(),
+        }
+    }
+
+    /// Runs cargo, the one that runs this program.
+    pub fn cargo(arguments: &[&str]) -> Self {
+        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+        Self::program(&cargo).with(arguments)
+    }
+
+    /// With more arguments.
+    pub fn with<T: AsRef<str>>(mut self, arguments: impl IntoIterator<Item = T>) -> Self {
+        let owned = arguments.into_iter().map(|text| text.as_ref().to_owned());
+        self.arguments.extend(owned);
+        self
+    }
+
+    /// With a variable of the environment.
+    pub fn with_env(mut self, name: &'static str, value: &'static str) -> Self {
+        self.environment.push((name, value));
+        self
+    }
+
+    fn command(&self) -> Command {
+        let mut command = Command::new(&self.program);
+        command
+            .current_dir(root())
+            .args(&self.arguments)
+            .envs(self.environment.iter().copied());
+        command
+    }
+
+    fn text(&self) -> String {
+        let name = Path::new(&self.program).file_name();
+        let name = name.map_or_else(|| self.program.clone(), |name| name.display().to_string());
+        let variables = self.environment.iter();
+        variables
+            .map(|(name, value)| format!("{name}={value} "))
+            .chain([name])
+            .chain(self.arguments.iter().map(|argument| format!(" {argument}")))
+            .collect()
+    }
+
+    /// Runs it to its end and says how long that took.
+    ///
+    /// # Errors
+    /// It does not start, or fails.
+    pub fn run(&self) -> Result<()> {
+        let text = self.text();
+        eprintln!("== {text}");
+        let begin = Instant::now();
+        let status = self.command().status();
+        let status = status.with_context(|| format!("{text} does not start"))?;
+        if !status.success() {
+            bail!("{text}: {status}");
+        }
+        eprintln!("   {:.1} s", begin.elapsed().as_secs_f64());
+        Ok(())
+    }
+
+    /// Runs it to its end and takes what it prints.
+    ///
+    /// # Errors
+    /// It does not start, or fails, or prints something else than text.
+    pub fn output(&self) -> Result<String> {
+        let text = self.text();
+        let output = self.command().output();
+        let output = output.with_context(|| format!("{text} does not start"))?;
+        if !output.status.success() {
+            bail!("{text}: {}", String::from_utf8_lossy(&output.stderr).trim());
+        }
+        String::from_utf8(output.stdout).with_context(|| format!("{text} prints no text"))
+    }
+}

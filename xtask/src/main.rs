@@ -1,0 +1,63 @@
+//! Entry point for what is done to the repository: `cargo xtask quick | gate | update | mutants`.
+
+mod changes;
+mod command;
+mod mutants;
+mod packages;
+mod quick;
+mod update;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+use crate::command::Step;
+
+#[derive(Parser)]
+#[command(about = "What is done to the repository", version)]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Format, lints and unit tests of the packages that a change can have touched.
+    Quick {
+        /// The commit that the change began at.
+        #[arg(long, default_value = "HEAD")]
+        since: String,
+    },
+    /// Everything: the same as `.ci/run`.
+    Gate,
+    /// Writes all generated files and tables again.
+    Update,
+    /// Whether the tests would fail if the code broke (cargo-mutants).
+    Mutants {
+        /// The packages to break; without one, all those that are listed.
+        packages: Vec<String>,
+        /// Breaks one of N places, evenly over the code.
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        one_in: u32,
+    },
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse().task) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(task: Task) -> Result<()> {
+    match task {
+        Task::Quick { since } => quick::run(&since),
+        Task::Gate => Step::program(".ci/run").run(),
+        Task::Update => update::run(),
+        Task::Mutants { packages, one_in } => mutants::run(&packages, one_in),
+    }
+}
