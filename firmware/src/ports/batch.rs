@@ -123,6 +123,20 @@ mod tests {
     }
 
     #[test]
+    fn a_batch_of_exactly_the_most_bytes_is_one_transfer() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        line(&ports, 0, 30);
+        let (_, first) = taken(&ports, &mut batch);
+        let overhead = first - 30;
+        for (excess, frames) in [(0, 2), (1, 1)] {
+            let (ports, mut batch) = (Ports::new(), UartBatch::new());
+            line(&ports, 0, 30);
+            line(&ports, 1, UartBatch::BYTES - first - overhead + excess);
+            assert_eq!(taken(&ports, &mut batch).0.len(), frames);
+        }
+    }
+
+    #[test]
     fn a_line_that_fits_into_the_longest_batch_goes_with_the_contact() {
         let (ports, mut batch) = (Ports::new(), UartBatch::new());
         line(&ports, 1_000, 60);
