@@ -163,3 +163,38 @@ impl Ports {
         self.reloaded.try_receive().ok()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(id: u16) -> CanFrame {
+        CanFrame::new(id, &[]).expect("a frame")
+    }
+
+    #[test]
+    fn process_data_are_withdrawn_and_everything_else_stays() {
+        let ports = Ports::new();
+        assert!(ports.can_is_empty());
+        for (id, lane) in (1..).zip([Lane::Stream, Lane::Answer, Lane::Estimate, Lane::Notice]) {
+            assert_eq!(ports.push_can(lane, &frame(id)), 0);
+            ports.push_can(lane, &frame(id));
+        }
+        assert_eq!(ports.withdraw_can(), 4);
+        let left = core::iter::from_fn(|| ports.try_next_can());
+        assert!(left.map(|frame| frame.id()).eq([4, 4, 2, 2]));
+        assert!(ports.can_is_empty());
+    }
+
+    #[test]
+    fn the_connected_bus_gets_each_frame_first_and_the_queued_ones_on_request() {
+        let ports = Ports::new();
+        ports.push_can(Lane::Notice, &frame(1));
+        ports.connect_can(|frame| frame.id() < 3);
+        ports.push_can(Lane::Answer, &frame(2));
+        ports.push_can(Lane::Stream, &frame(3));
+        ports.send_can();
+        assert_eq!(ports.try_next_can(), Some(frame(3)));
+        assert!(ports.can_is_empty());
+    }
+}

@@ -15,12 +15,12 @@
 //!
 //! | what is wrong | how it is noticed | after at most |
 //! |---|---|---|
-//! | no edge, nothing new, a status that no part sends, a transfer that fails | three bad ticks within twenty | 3 ticks |
+//! | no edge, nothing new, a status that no part sends, a transfer that fails | three bad ticks in five | 3 ticks |
 //! | all outputs repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 4 ticks |
 //! | the outputs of one sensor, or of one axis, repeat | [`FrozenDetector`](lsm6dsox::FrozenDetector) | 20 to 90 ticks |
 //! | another identity, data rates gone, as after a reset | read back in turns, one register a tick | 3 ticks |
 //! | any other register of the configuration | as above, [`READ_BACK_TICKS`] for all of them | 66 ticks |
-//! | edges too many or too few, where they are counted | three bad ticks within twenty | 3 ticks |
+//! | edges too many or too few, where they are counted | three bad ticks in five | 3 ticks |
 //! | at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
 //! After three failures in a row to read identity or registers right, the clock of the bus is halved:

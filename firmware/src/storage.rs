@@ -257,3 +257,20 @@ fn setting(entry: &[u8; ENTRY]) -> Option<(Address, Value)> {
     let value = Value::from_raw(known.data_type(), raw)?;
     (value.to_raw() == raw).then_some((address, value))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_store_that_needs_an_erase_is_refused_by_the_state_and_the_others_by_the_hardware() {
+        for (failed, code, detail) in [
+            (StoreFailed::Flash, AbortCode::Hardware, 0),
+            (StoreFailed::SupplyLow, AbortCode::Hardware, 1),
+            (StoreFailed::NeedsErase, AbortCode::DeviceState, 2),
+        ] {
+            assert_eq!(failed.abort_code(), code);
+            assert_eq!(failed as u32, detail);
+        }
+    }
+}

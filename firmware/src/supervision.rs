@@ -289,6 +289,25 @@ mod tests {
     }
 
     #[test]
+    fn each_fault_has_a_time_of_its_own_and_one_tick_at_the_least() {
+        let mut latch = FaultLatch::default();
+        latch.hold_for(Fault::LateTick, 0);
+        latch.hold_for(Fault::UartOverrun, 2);
+        latch.hold_for(Fault::CanOverrun, 4);
+        latch.keep(Fault::GyroBias);
+        let mut cleared = Vec::new();
+        for tick in 1..10 {
+            latch.tick(|fault| cleared.push((tick, fault)));
+        }
+        let expected = [
+            (1, Fault::LateTick),
+            (2, Fault::UartOverrun),
+            (4, Fault::CanOverrun),
+        ];
+        assert_eq!(cleared, expected);
+    }
+
+    #[test]
     fn a_crash_record_survives_and_no_damaged_one_is_believed() {
         for reason in [CrashReason::Panic, CrashReason::HardFault] {
             let record = CrashRecord {

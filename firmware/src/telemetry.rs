@@ -341,6 +341,23 @@ mod tests {
     }
 
     #[test]
+    fn the_wait_ends_with_an_item_or_once_with_a_call() {
+        use core::pin::pin;
+        use core::task::{Context, Waker};
+        let outlet = Small::new(0);
+        let is_ready = || {
+            let mut context = Context::from_waker(Waker::noop());
+            pin!(outlet.ready()).poll(&mut context).is_ready()
+        };
+        assert!(!is_ready());
+        outlet.call();
+        assert!(is_ready());
+        assert!(!is_ready());
+        queued(&outlet, Lane::Stream, 1);
+        assert!(is_ready() && is_ready() && !outlet.is_empty());
+    }
+
+    #[test]
     fn a_cleared_lane_is_counted_and_the_others_stay() {
         let outlet = Small::new(0);
         for i in 0..5 {

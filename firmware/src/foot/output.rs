@@ -138,3 +138,23 @@ fn raw_message(measurement: &Measurement) -> Option<uart::RawSample> {
         rate_scale: raw.angular_rate.full_scale.sensitivity(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_of_frame_has_its_lane() {
+        for (id, lane) in [
+            (0x191, Lane::Estimate),
+            (0x091, Lane::Notice),
+            (0x711, Lane::Notice),
+            (0x291, Lane::Stream),
+            (0x391, Lane::Stream),
+            (0x511, Lane::Stream),
+        ] {
+            let frame = CanFrame::new(id, &[]).expect("a frame");
+            assert_eq!(lane_of(&frame), lane, "{id:#x}");
+        }
+    }
+}

@@ -26,7 +26,7 @@ pub const SATURATED_TICKS: u16 = 50;
 /// A bad tick adds this to the count, a good one subtracts 1.
 const BAD_TICK: u16 = 20;
 
-/// Three bad ticks within twenty.
+/// The count that makes a fault: three bad ticks in five, or four in 26.
 const TOO_BAD: u16 = 3 * BAD_TICK - 2;
 
 /// The history of the recent ticks.
@@ -141,3 +141,6 @@ impl Watch {
         (self.badness >= TOO_BAD).then_some(issue)
     }
 }
+
+#[cfg(test)]
+mod tests;

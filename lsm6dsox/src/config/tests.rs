@@ -175,3 +175,14 @@ fn the_fifo_takes_both_sensors_at_their_rates_up_to_a_nine_bit_watermark() {
     assert_eq!(value_of(&params, register::FIFO_CTRL4), 0x46);
     assert_eq!(value_of(&params, register::INT2_CTRL), 0x08);
 }
+
+#[test]
+fn each_write_is_found_by_its_index() {
+    let config = Config::GYRO_SELF_TEST;
+    for (index, write) in config.writes().enumerate() {
+        assert_eq!(config.write(index), Some(write));
+    }
+    assert_eq!(config.writes().count(), Config::WRITES);
+    assert_eq!(config.write(Config::WRITES), None);
+    assert!(config.writes().eq(config.params.writes()));
+}

@@ -14,7 +14,7 @@ pub struct AnyBus;
 #[derive(Debug)]
 pub struct BusError;
 
-impl embedded_hal_async::spi::Error for AnyBusError {
+impl embedded_hal_async::spi::Error for BusError {
     fn kind(&self) -> embedded_hal_async::spi::ErrorKind {
         embedded_hal_async::spi::ErrorKind::Other
     }

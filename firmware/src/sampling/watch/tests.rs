@@ -1,0 +1,174 @@
+use super::*;
+use crate::imu::SENSOR;
+use std::vec::Vec;
+
+const FRESH: u8 = 0b11;
+
+/// A sample with this status and these codes, in the order wx wy wz ax ay az.
+fn sample(status: u8, codes: [i16; 6]) -> RawSample {
+    let mut bytes = [0; 16];
+    bytes[0] = status;
+    for (bytes, code) in bytes[4..].chunks_mut(2).zip(codes) {
+        bytes.copy_from_slice(&code.to_le_bytes());
+    }
+    RawSample::decode(&bytes, &SENSOR).expect("a status")
+}
+
+/// Samples of which no axis repeats.
+fn moving(k: i16) -> RawSample {
+    sample(FRESH, [k, k + 1, k + 2, k + 3, k + 4, k + 5])
+}
+
+fn tick(edge: bool, edges: Option<u16>) -> Tick {
+    Tick {
+        edge: edge.then(|| Timestamp::from_micros(1)),
+        edges,
+        ..Tick::default()
+    }
+}
+
+fn ordinary() -> Tick {
+    tick(true, Some(7))
+}
+
+/// Takes in ticks, bad where `bad` is 1; whether the last one makes a fault, and no other.
+fn last_is_a_fault(bad: &[u8]) -> bool {
+    let mut watch = Watch::default();
+    let faults = bad.iter().map(|bad| {
+        let issue = (*bad == 1).then_some(SampleIssue::Stale);
+        watch.count(issue, Timestamp::from_micros(1)).is_some()
+    });
+    let faults: Vec<bool> = faults.collect();
+    let (last, others) = faults.split_last().expect("ticks");
+    assert!(!others.contains(&true), "{faults:?}");
+    *last
+}
+
+#[test]
+fn edges_are_counted_only_by_hardware_and_on_ticks_in_a_row() {
+    for (edges, missed, issue) in [
+        (Some(4), 0, Some(SampleIssue::Rate)),
+        (Some(5), 0, None),
+        (Some(8), 0, None),
+        (Some(9), 0, Some(SampleIssue::Rate)),
+        (Some(9), 1, None),
+        (None, 0, None),
+    ] {
+        let mut watch = Watch::default();
+        let tick = Tick {
+            missed,
+            ..tick(true, edges)
+        };
+        assert_eq!(watch.issue(&tick, &moving(0)), issue, "{edges:?}, {missed}");
+    }
+}
+
+#[test]
+fn a_missing_edge_comes_before_a_stale_sample_and_that_before_repeats() {
+    let stale = sample(0, [0; 6]);
+    let mut watch = Watch::default();
+    for _ in 0..4 {
+        watch.issue(&ordinary(), &moving(0));
+    }
+    let issue = watch.issue(&tick(false, None), &stale);
+    assert_eq!(issue, Some(SampleIssue::Edge));
+    assert_eq!(watch.issue(&ordinary(), &stale), Some(SampleIssue::Stale));
+}
+
+#[test]
+fn a_late_edge_ends_the_ticks_without_one() {
+    let mut watch = Watch::default();
+    let counts = [None, Some(0), Some(0), Some(1), None].map(|edges| {
+        watch.issue(&tick(false, edges), &moving(0));
+        watch.without_edge
+    });
+    assert_eq!(counts, [1, 2, 3, 0, 1]);
+    watch.issue(&ordinary(), &moving(0));
+    assert_eq!(watch.without_edge, 0);
+}
+
+#[test]
+fn the_second_repeat_is_not_believed_and_the_third_is_a_fault_of_every_axis() {
+    let mut watch = Watch::default();
+    let now = Timestamp::from_micros(1);
+    let issues = [(); 4].map(|()| {
+        let issue = watch.issue(&ordinary(), &moving(0));
+        (issue, watch.count(issue, now))
+    });
+    let repeat = Some(SampleIssue::Repeat);
+    assert_eq!(
+        issues,
+        [(None, None), (None, None), (repeat, None), (repeat, repeat)]
+    );
+    assert_eq!(watch.frozen_axes(), 0b11_1111);
+    watch.issue(&ordinary(), &moving(1));
+    assert_eq!(watch.frozen_axes(), 0);
+}
+
+#[test]
+fn an_axis_that_has_not_changed_yet_is_never_a_fault_of_its_own() {
+    let mut watch = Watch::default();
+    for _ in 0..100 {
+        let fault = watch.count(Some(SampleIssue::Unproven), Timestamp::from_micros(1));
+        assert_eq!(fault, None);
+    }
+    assert_eq!((watch.bad_ticks, watch.good_ticks), (100, 0));
+}
+
+#[test]
+fn fresh_samples_at_the_end_of_the_range_are_counted_in_a_row_and_may_repeat() {
+    let mut watch = Watch::default();
+    let end = [0, 0, 0, i16::MAX, 0, 0];
+    for count in 1..=60 {
+        assert_eq!(watch.issue(&ordinary(), &sample(FRESH, end)), None);
+        assert_eq!(watch.saturated_ticks, count);
+    }
+    watch.issue(&ordinary(), &sample(0, end));
+    assert_eq!(watch.saturated_ticks, 0, "a stale one");
+    watch.issue(&ordinary(), &sample(FRESH, end));
+    watch.issue(&ordinary(), &moving(0));
+    assert_eq!(watch.saturated_ticks, 0, "one within the range");
+}
+
+#[test]
+fn three_bad_ticks_in_five_or_four_in_twenty_six_are_a_fault() {
+    assert!(!last_is_a_fault(&[1, 1]));
+    assert!(last_is_a_fault(&[1, 1, 1]));
+    assert!(last_is_a_fault(&[1, 0, 1, 0, 1]));
+    assert!(!last_is_a_fault(&[1, 0, 1, 0, 0, 1]));
+    let four = |good: usize| {
+        let mut ticks = std::vec![0; good];
+        ticks.splice(0..0, [1, 1]);
+        ticks.splice(5..5, [1]);
+        ticks.push(1);
+        last_is_a_fault(&ticks)
+    };
+    assert!(four(22));
+    assert!(!four(23));
+}
+
+#[test]
+fn a_good_tick_ends_the_bad_ones_and_is_remembered() {
+    let mut watch = Watch::default();
+    let at = Timestamp::from_micros;
+    watch.count(Some(SampleIssue::Bus), at(1));
+    watch.count(Some(SampleIssue::Status(0x80)), at(2));
+    assert_eq!((watch.bad_ticks, watch.last_good), (2, None));
+    watch.count(None, at(3));
+    watch.count(None, at(4));
+    assert_eq!((watch.bad_ticks, watch.good_ticks), (0, 2));
+    assert_eq!(watch.last_good, Some(at(4)));
+}
+
+#[test]
+fn a_restart_forgets_everything_but_the_turn_of_the_read_back() {
+    let mut watch = Watch {
+        turn: 7,
+        ..Watch::default()
+    };
+    watch.issue(&tick(false, None), &moving(0));
+    watch.count(Some(SampleIssue::Edge), Timestamp::from_micros(1));
+    watch.restart();
+    assert_eq!((watch.turn, watch.without_edge, watch.bad_ticks), (7, 0, 0));
+    assert_eq!(watch.badness, 0);
+}
