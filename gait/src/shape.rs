@@ -42,7 +42,7 @@ impl Quintic {
         }
     }
 
-    /// Stays at `value` for ever.
+    /// Stays at `value`.
     pub const fn rest(value: f64) -> Self {
         Self {
             start: 0.0,

@@ -20,7 +20,7 @@ pub const SETTLED: f64 = 0.12;
 /// Of a swing its first moments are left out, s: a probability needs some to fall.
 pub const LIFTED: f64 = 0.015;
 
-/// Steps after which a foot has to be told right again.
+/// Steps after which its answers have to be right again.
 pub const STEPS: f64 = 10.0;
 
 /// A gait in the sagittal plane. It begins with a touchdown.

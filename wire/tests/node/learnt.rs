@@ -1,0 +1,97 @@
+//! What the estimator has learnt, as objects.
+
+use canopen_rs::Value as PeerValue;
+use estimator_core::Learnt;
+use wire::dictionary::index;
+use wire::node::{Calibration, CalibrationState, Command};
+use wire::{AbortCode, Address, DataType, Event, Node, Settings, Value};
+
+use crate::master::{node, read, refused, write};
+
+/// What a foot has learnt that has walked for a while.
+fn learnt() -> Learnt {
+    Learnt::from_array([
+        -1.0, 2.0, 0.3, -2.5, 1.0, 0.4, -3.0, 1.5, 0.5, 4.0, 3.0, 20.0,
+    ])
+}
+
+const KEEP: Value = Value::U8(1);
+const FORGET: Value = Value::U8(2);
+
+#[test]
+fn what_the_foot_has_learnt_can_be_read_kept_and_forgotten() {
+    let mut node = node();
+    let command = Address::new(index::CALIBRATION, 1);
+    let state = |node: &mut Node, expected: CalibrationState| {
+        let address = Address::new(index::CALIBRATION, 2);
+        assert_eq!(node.read(address), Ok(Value::U8(expected.code())));
+    };
+    state(&mut node, CalibrationState::Settling);
+    assert_eq!(refused(&mut node, command, KEEP), AbortCode::InvalidValue);
+    for (value, code) in [(0, AbortCode::TooLow), (3, AbortCode::TooHigh)] {
+        assert_eq!(refused(&mut node, command, Value::U8(value)), code);
+    }
+    node.set_learnt(learnt());
+    state(&mut node, CalibrationState::Settled);
+    for (subindex, number) in (3..).zip(learnt().to_array()) {
+        let address = Address::new(index::CALIBRATION, subindex);
+        let expected = Ok(PeerValue::Real32(number));
+        assert_eq!(read(&mut node, address, DataType::Real32), expected);
+    }
+    node.command(Command::StartRemoteNode);
+    for value in [KEEP, FORGET] {
+        assert_eq!(refused(&mut node, command, value), AbortCode::DeviceState);
+    }
+    node.command(Command::EnterPreOperational);
+    assert_eq!(node.settings().params().learnt, None);
+    let (result, events) = write(&mut node, command, KEEP);
+    assert_eq!(
+        (result, events),
+        (Ok(()), vec![Event::Calibration(Calibration::Keep)])
+    );
+    assert_eq!(node.settings().params().learnt, Some(learnt()));
+    let (result, events) = write(&mut node, command, FORGET);
+    assert_eq!(
+        (result, events),
+        (Ok(()), vec![Event::Calibration(Calibration::Forget)])
+    );
+    assert_eq!(node.settings(), &Settings::default());
+    // Also before it is published again.
+    state(&mut node, CalibrationState::Settling);
+    assert_eq!(refused(&mut node, command, KEEP), AbortCode::InvalidValue);
+}
+
+#[test]
+fn the_calibration_is_frozen_where_nothing_can_be_learnt() {
+    for (subindex, value) in [(1, 1), (2, 0)] {
+        let mut node = node();
+        node.set_learnt(learnt());
+        let address = Address::new(index::ESTIMATION, subindex);
+        assert!(node.write(address, &[value]).is_ok());
+        let state = node.read(Address::new(index::CALIBRATION, 2));
+        assert_eq!(state, Ok(Value::U8(CalibrationState::Frozen.code())));
+    }
+}
+
+#[test]
+fn what_is_not_within_the_limits_of_the_settings_is_not_kept() {
+    let mut node = node();
+    let mut numbers = learnt().to_array();
+    numbers[1] = 10.0;
+    node.set_learnt(Learnt::from_array(numbers));
+    let command = Address::new(index::CALIBRATION, 1);
+    assert_eq!(refused(&mut node, command, KEEP), AbortCode::TooHigh);
+    assert_eq!(node.settings(), &Settings::default());
+}
+
+#[test]
+fn the_lock_keeps_a_calibration_from_being_kept_or_forgotten() {
+    let mut node = node();
+    node.set_learnt(learnt());
+    assert!(node.write(Address::new(index::LOCK, 0), &[1]).is_ok());
+    let command = Address::new(index::CALIBRATION, 1);
+    for value in [KEEP, FORGET] {
+        assert_eq!(refused(&mut node, command, value), AbortCode::Locked);
+    }
+    assert_eq!(node.settings().params().learnt, None);
+}

@@ -1,0 +1,269 @@
+//! PDOs out, the load in.
+
+use canopen_rs::pdo::{MappingEntry, PdoMapping};
+use canopen_rs::{Entry as PeerEntry, ObjectDictionary, pdo as peer_pdo};
+use estimator_core::{
+    AngularRate, ContactEstimate, Decision, LinearAcceleration, PerAxis, Probabilities, Quaternion,
+    Timestamp, Vec3,
+};
+use wire::dictionary::{self, index};
+use wire::node::Command;
+use wire::pdo::{Contact, Health, Load, PDOS};
+use wire::{AbortCode, Address, Event, Fault, Node, Outcome, Pdo, Value};
+
+use crate::master::{ID, emergencies, node, peer_address, read, refused, send, tick, write};
+
+#[test]
+fn pdos_are_what_the_mappings_of_the_dictionary_say() {
+    let estimate = ContactEstimate {
+        timestamp: Timestamp::from_micros(123_456_789),
+        probabilities: Probabilities {
+            axes: PerAxis::from_array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]),
+            tangential: 0.7,
+            vertical: 0.8,
+            stable: 0.9,
+        },
+        decision: Decision::Stable,
+        orientation: Quaternion {
+            w: 0.5,
+            x: -0.5,
+            y: 0.5,
+            z: -0.5,
+        },
+        linear_acceleration: LinearAcceleration(Vec3::new(1.0, -2.0, 3.0)),
+        angular_rate: AngularRate(Vec3::new(-0.1, 0.2, -0.3)),
+        gyro_bias: AngularRate(Vec3::new(0.01, -0.02, 0.03)),
+        ..Default::default()
+    };
+    let mut node = node();
+    node.command(Command::StartRemoteNode);
+    send(&mut node, 0x80, &[1]);
+    let mut last = [None; PDOS];
+    for _ in 0..1000 {
+        for frame in tick(&mut node, &estimate) {
+            if let Some((pdo, _)) = Pdo::from_cob_id(frame.id()) {
+                last[pdo as usize] = Some(frame);
+            }
+        }
+    }
+    // The peer packs the same objects, read one by one over SDO, by the mapping in 0x1A00.
+    let mut od = ObjectDictionary::<64>::new();
+    for (address, entry) in dictionary::entries().filter(|(_, entry)| entry.is_mappable()) {
+        let value = read(&mut node, address, entry.data_type()).expect("readable");
+        od.insert(peer_address(address), PeerEntry::ro(value))
+            .expect("room");
+    }
+    for pdo in Pdo::ALL {
+        let mut mapping = PdoMapping::<8>::new();
+        for (address, entry) in dictionary::entries() {
+            if address.index == index::TPDO_MAPPING + pdo as u16 {
+                let entry = MappingEntry::from_u32(entry.default.to_raw());
+                mapping.push(entry).expect("it fits");
+            }
+        }
+        let mut packed = [0; 8];
+        let length = peer_pdo::pack(&mapping, &od, &mut packed).expect("it packs");
+        assert_eq!(length, 8);
+        let mut frame = *last[pdo as usize].expect("sent").data8().expect("full");
+        if pdo == Pdo::Contact {
+            // The objects are those of the newest tick; so is TPDO1, which comes each tick.
+            assert_eq!(Contact::decode(&frame).stable, wire::pdo::P16::new(0.9));
+        }
+        if pdo == Pdo::Health {
+            let sync = Health::decode(&frame).sync;
+            assert_eq!((sync.counter, sync.time.0), (1, 500_000));
+            frame[1] = packed[1];
+        }
+        assert_eq!(packed, frame, "{pdo:?}");
+    }
+}
+
+#[test]
+fn streams_come_at_their_periods_and_not_all_on_one_tick() {
+    let mut node = node();
+    node.command(Command::StartRemoteNode);
+    let mut counts = [0; PDOS];
+    let mut most = 0;
+    let mut sequence = None;
+    for _ in 0..10_000 {
+        let frames = tick(&mut node, &ContactEstimate::default());
+        most = most.max(frames.len());
+        for frame in frames {
+            let Some((pdo, _)) = Pdo::from_cob_id(frame.id()) else {
+                continue;
+            };
+            counts[pdo as usize] += 1;
+            if pdo == Pdo::Contact {
+                let contact = Contact::decode(frame.data8().expect("full"));
+                let next = sequence.map_or(0, |last: u8| last.wrapping_add(1));
+                assert_eq!(contact.sequence, next);
+                sequence = Some(contact.sequence);
+            }
+        }
+    }
+    assert_eq!(counts, [10_000, 500, 500, 500, 500, 10, 100]);
+    assert!(most <= 3, "{most} frames on one tick");
+}
+
+#[test]
+fn a_pdo_is_switched_off_slowed_down_and_tied_to_sync() {
+    let mut node = node();
+    let contact = index::TPDO;
+    let off = 0xC000_0180 + u32::from(ID);
+    assert_eq!(
+        write(&mut node, Address::new(contact, 1), Value::U32(off)).0,
+        Ok(())
+    );
+    assert_eq!(
+        write(&mut node, Address::new(contact + 1, 5), Value::U16(3)).0,
+        Ok(())
+    );
+    assert_eq!(
+        write(&mut node, Address::new(contact + 6, 2), Value::U8(2)).0,
+        Ok(())
+    );
+    for (sub, value, code) in [
+        (2, Value::U8(0), AbortCode::InvalidValue),
+        (2, Value::U8(241), AbortCode::InvalidValue),
+        (2, Value::U8(253), AbortCode::InvalidValue),
+        (5, Value::U16(10_001), AbortCode::TooHigh),
+        (1, Value::U32(0x181), AbortCode::InvalidValue),
+    ] {
+        assert_eq!(refused(&mut node, Address::new(contact, sub), value), code);
+    }
+    node.command(Command::StartRemoteNode);
+    let mut counts = [0; PDOS];
+    for i in 0..300 {
+        if i % 10 == 0 {
+            let sync = send(&mut node, 0x80, &[(i / 10) as u8]);
+            assert_eq!(sync.event, Some(Event::Sync(Some((i / 10) as u8))));
+        }
+        for frame in tick(&mut node, &ContactEstimate::default()) {
+            if let Some((pdo, _)) = Pdo::from_cob_id(frame.id()) {
+                counts[pdo as usize] += 1;
+            }
+        }
+    }
+    assert_eq!((counts[0], counts[1], counts[6]), (0, 100, 15));
+}
+
+#[test]
+fn the_load_comes_over_rpdo1_when_operational() {
+    let mut node = node();
+    let rpdo = 0x200 + u16::from(ID);
+    assert_eq!(
+        send(&mut node, rpdo, &Load(5.0).encode()),
+        Outcome::default()
+    );
+    node.command(Command::StartRemoteNode);
+    let outcome = send(&mut node, rpdo, &Load(5.0).encode());
+    assert_eq!(outcome.event, Some(Event::Load(Load(5.0))));
+    assert_eq!(node.load(), Some(Load(5.0)));
+    let outcome = send(&mut node, rpdo, &f32::NAN.to_le_bytes());
+    assert_eq!(outcome, Outcome::default());
+    let emergency = send(&mut node, rpdo, &[1, 2]).reply.expect("an emergency");
+    assert_eq!(emergency.data()[..2], [0x10, 0x82]);
+    let cleared = send(&mut node, rpdo, &Load(6.0).encode()).reply;
+    assert_eq!(cleared.expect("all clear").data()[..2], [0, 0]);
+    assert_eq!(node.load(), Some(Load(6.0)));
+}
+
+#[test]
+fn a_load_is_believed_for_as_long_as_the_event_timer_says() {
+    let rpdo = 0x200 + u16::from(ID);
+    let object = Address::new(index::LOAD, 0);
+    let is_nan =
+        |node: &mut Node| matches!(node.read(object), Ok(Value::F32(load)) if load.is_nan());
+    let mut node = node();
+    assert_eq!(node.load(), None, "no load has come yet");
+    assert!(is_nan(&mut node));
+    let source = Address::new(index::LOAD_INPUT, 1);
+    assert_eq!(write(&mut node, source, Value::U8(2)).0, Ok(()));
+    node.command(Command::StartRemoteNode);
+    assert_eq!(
+        emergencies(&mut node, 200),
+        [[0; 8]; 0],
+        "the timer starts with the first"
+    );
+    send(&mut node, rpdo, &Load(5.0).encode());
+    assert_eq!(emergencies(&mut node, 100), [[0; 8]; 0]);
+    assert_eq!(node.load(), Some(Load(5.0)));
+    // One that is not a number does not wind the timer up.
+    send(&mut node, rpdo, &f32::NAN.to_le_bytes());
+    assert_eq!(
+        emergencies(&mut node, 50),
+        [[0x50, 0x82, 0x11, 22, 100, 0, 0, 0]]
+    );
+    assert_eq!(node.load(), None);
+    assert!(is_nan(&mut node));
+    let cleared = send(&mut node, rpdo, &Load(6.0).encode()).reply;
+    assert_eq!(cleared.expect("all clear").data()[..2], [0, 0]);
+    assert_eq!(node.load(), Some(Load(6.0)));
+    // Over SDO too; a load that is not taken from CAN raises no fault when it is missing.
+    node.command(Command::EnterPreOperational);
+    assert_eq!(write(&mut node, source, Value::U8(1)).0, Ok(()));
+    assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
+    assert_eq!(node.load(), Some(Load(7.0)));
+    node.command(Command::StartRemoteNode);
+    assert_eq!(emergencies(&mut node, 200), [[0; 8]; 0]);
+    assert_eq!(node.load(), None);
+}
+
+#[test]
+fn no_load_is_believed_for_longer_than_a_second() {
+    let mut node = node();
+    node.command(Command::EnterPreOperational);
+    let timer = Address::new(index::RPDO, 5);
+    for (limit, code) in [
+        (0, AbortCode::TooLow),
+        (1_001, AbortCode::TooHigh),
+        (u16::MAX, AbortCode::TooHigh),
+    ] {
+        assert_eq!(refused(&mut node, timer, Value::U16(limit)), code);
+    }
+    assert_eq!(write(&mut node, timer, Value::U16(1_000)).0, Ok(()));
+    let object = Address::new(index::LOAD, 0);
+    assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
+    emergencies(&mut node, 1_000);
+    assert_eq!(node.load(), Some(Load(7.0)));
+    emergencies(&mut node, 1);
+    assert_eq!(node.load(), None);
+}
+
+#[test]
+fn the_load_has_limits_over_sdo() {
+    let mut node = node();
+    let object = Address::new(index::LOAD, 0);
+    for (load, code) in [
+        (-1.1e9, AbortCode::TooLow),
+        (1.1e9, AbortCode::TooHigh),
+        (f32::NAN, AbortCode::InvalidValue),
+    ] {
+        assert_eq!(refused(&mut node, object, Value::F32(load)), code);
+    }
+    assert_eq!(node.load(), None);
+}
+
+#[test]
+fn with_a_fault_of_the_sensor_no_frame_says_stable() {
+    let estimate = ContactEstimate {
+        probabilities: Probabilities {
+            stable: 1.0,
+            ..Default::default()
+        },
+        decision: Decision::Stable,
+        ..Default::default()
+    };
+    let mut node = node();
+    node.command(Command::StartRemoteNode);
+    node.raise(Fault::SensorFrozen, 0);
+    let frames = tick(&mut node, &estimate);
+    let contact = Contact::decode(frames[0].data8().expect("full"));
+    assert_eq!(contact.stable.0, 0);
+    assert_eq!(contact.status.decision(), Decision::NotStable);
+    node.clear(Fault::SensorFrozen);
+    let frames = tick(&mut node, &estimate);
+    let contact = Contact::decode(frames[0].data8().expect("full"));
+    assert_eq!(contact.stable.0, u16::MAX);
+    assert_eq!(contact.status.decision(), Decision::Stable);
+}
