@@ -1,6 +1,7 @@
-//! The wire as Python sees it: `footfall.eds` by python-canopen, `footfall.dbc` by cantools, and
-//! python-canopen as master of a foot over slcan on a pseudo-terminal. The packages are installed
-//! into a virtual environment under `target`, in the versions of `python/requirements.txt`.
+//! The wire as Python sees it: `footfall.eds` by python-canopen and by Lely's tools, `footfall.dbc`
+//! by cantools, and python-canopen as master of a foot over slcan on a pseudo-terminal. The packages
+//! are installed into a virtual environment under `target`, in the versions of
+//! `python/requirements.txt`.
 #![cfg(unix)]
 
 mod python {
@@ -78,8 +79,8 @@ fn plain(value: Value) -> String {
     }
 }
 
-#[test]
-fn python_canopen_reads_the_eds_as_the_dictionary_is() {
+/// The dictionary as a table for the scripts.
+fn objects() -> String {
     let mut table = String::from(
         "index\tsubindex\tname\ttype\taccess\trole\tdefault\tdefault_is_text\tlow\thigh\tmappable\n",
     );
@@ -112,8 +113,20 @@ fn python_canopen_reads_the_eds_as_the_dictionary_is() {
             );
         }
     }
-    let table = scratch("objects.tsv", &table);
+    table
+}
+
+#[test]
+fn python_canopen_reads_the_eds_as_the_dictionary_is() {
+    let table = scratch("objects.tsv", &objects());
     script("eds.py", &[&Path::new(HERE).join("footfall.eds"), &table]);
+}
+
+#[test]
+fn lelys_tools_read_the_eds_and_the_bus_of_the_readme_without_a_warning() {
+    let table = scratch("objects-lely.tsv", &objects());
+    let [eds, readme] = ["footfall.eds", "README.md"].map(|name| Path::new(HERE).join(name));
+    script("lely.py", &[&eds, &table, &readme]);
 }
 
 #[test]

@@ -98,6 +98,20 @@ mod tests {
     }
 
     #[test]
+    fn a_slow_motion_comes_out_two_thirds_of_a_millisecond_late() {
+        for cutoff in [333.35, 335.0] {
+            let filter = LowPass::new(cutoff, RATE);
+            let mut state = State::default();
+            // A ramp of one unit a second, long after it has begun.
+            let late = (0..10_000).fold(0.0, |_, i| {
+                let x = f64::from(i) / RATE;
+                x - filter.step(&mut state, x)
+            });
+            assert!((late - 0.67e-3).abs() < 0.005e-3, "{cutoff} Hz: {late} s");
+        }
+    }
+
+    #[test]
     fn a_settled_filter_gives_back_a_constant() {
         let filter = LowPass::new(335.0, RATE);
         let mut state = filter.settled(123.0);

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use wire::Value;
 use wire::dictionary::{Entry, OBJECTS, Object, PRODUCT_CODE, REVISION, Role, Shape, VENDOR_ID};
 use wire::pdo::PDOS;
+use wire::{AbortCode, DataType, Value};
 
 const MANDATORY: [u16; 3] = [0x1000, 0x1001, 0x1018];
 
@@ -147,13 +147,37 @@ fn write_value(eds: &mut String, entry: &Entry) {
         _ => number(entry.default),
     };
     let _ = writeln!(eds, "DefaultValue={default}");
-    if let Some((low, high)) = entry.limits().range() {
-        let _ = writeln!(eds, "LowLimit={}\nHighLimit={}", number(low), number(high));
-    }
+    write_limits(eds, entry);
     let _ = writeln!(eds, "PDOMapping={}", u8::from(entry.is_mappable()));
-    if !entry.unit.is_empty() {
-        let _ = writeln!(eds, "Unit={}", ascii(&entry.unit));
+    // The bits above, for people.
+    if let Value::F32(default) = entry.default {
+        let _ = write!(eds, "; Default: {default:?}");
+        if let Some((Value::F32(low), Value::F32(high))) = entry.limits().range() {
+            let _ = write!(eds, ", {low:?} to {high:?}");
+        }
+        eds.push('\n');
     }
+    // CiA 306 has no key for a unit, and Lely's tools warn of keys that it does not have.
+    if !entry.unit.is_empty() {
+        let _ = writeln!(eds, "; Unit: {}", ascii(&entry.unit));
+    }
+}
+
+fn write_limits(eds: &mut String, entry: &Entry) {
+    let Some((low, high)) = entry.limits().range() else {
+        return;
+    };
+    // Keys may be written in either case. python-canopen knows the usual one only, and would take
+    // the bits of a REAL32 for its value.
+    let (low_key, high_key) = match entry.data_type() {
+        DataType::Real32 => ("lowlimit", "highlimit"),
+        _ => ("LowLimit", "HighLimit"),
+    };
+    // A command need not take its default, which readers call an underflow.
+    if entry.limits().check(entry.default) != Err(AbortCode::TooLow) {
+        let _ = writeln!(eds, "{low_key}={}", number(low));
+    }
+    let _ = writeln!(eds, "{high_key}={}", number(high));
 }
 
 fn number(value: Value) -> String {
@@ -162,8 +186,9 @@ fn number(value: Value) -> String {
         Value::U8(value) => value.to_string(),
         Value::U16(value) => value.to_string(),
         Value::U32(value) => format!("0x{value:X}"),
-        // As many digits as give back the same bits.
-        Value::F32(value) => format!("{value:?}"),
+        // Its bits, as Lely reads it; 0 has the same meaning for those who read a value.
+        Value::F32(0.0) => "0".into(),
+        Value::F32(value) => format!("0x{:08X}", value.to_bits()),
         Value::Text(text) => text.to_string(),
     }
 }

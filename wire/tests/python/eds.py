@@ -14,12 +14,20 @@ from canopen.objectdictionary import ODVariable
 NODE_ID = 0x22
 
 
+REAL32 = canopen.objectdictionary.REAL32
+
+
 def number(text, data_type):
-    return float(text) if data_type == canopen.objectdictionary.REAL32 else int(text)
+    return float(text) if data_type == REAL32 else int(text)
+
+
+def as_written(text):
+    """The REAL32 of which an EDS gives the bits."""
+    return struct.unpack("<f", struct.pack("<I", int(text, 0)))[0]
 
 
 def same(a, b, data_type):
-    if data_type == canopen.objectdictionary.REAL32:
+    if data_type == REAL32:
         return struct.pack("<f", a) == struct.pack("<f", b)
     return a == b
 
@@ -51,23 +59,35 @@ def main(eds, objects):
                 default = row["default"]
             else:
                 default = number(row["default"], data_type)
-            assert same(variable.default, default, data_type) if not isinstance(
-                default, str
-            ) else variable.default == default, (where, variable.default, default)
+            found_default = variable.default
+            if data_type == REAL32:
+                # python-canopen keeps the text, and takes no bits for a value.
+                assert found_default in (None, default), (where, found_default)
+                found_default = as_written(variable.default_raw)
+            assert same(found_default, default, data_type), (where, found_default)
             for bound, option, attribute in (
                 ("low", "LowLimit", "min"),
                 ("high", "HighLimit", "max"),
             ):
-                if not row[bound]:
-                    assert not raw.has_option(section, option), (where, option)
-                    continue
-                expected = number(row[bound], data_type)
-                if data_type == canopen.objectdictionary.REAL32:
-                    # python-canopen reads limits of integers only.
-                    read = float(raw.get(section, option))
-                else:
-                    read = getattr(variable, attribute)
-                assert same(read, expected, data_type), (where, option, read, expected)
+                limit = number(row[bound], data_type) if row[bound] else None
+                if bound == "low" and limit is not None and default < limit:
+                    # A command whose default cannot be written.
+                    assert row["access"] == "wo", where
+                    limit = None
+                found_limit = getattr(variable, attribute)
+                if data_type == REAL32:
+                    # python-canopen's limits are integers, so it must not see these.
+                    assert found_limit is None, (where, option, found_limit)
+                    option = option.lower()
+                    if raw.has_option(section, option):
+                        found_limit = as_written(raw.get(section, option))
+                assert (found_limit is None) == (limit is None), (where, option)
+                assert limit is None or same(found_limit, limit, data_type), (
+                    where,
+                    option,
+                    found_limit,
+                    limit,
+                )
     # And nothing that the foot does not have.
     for index in od:
         entry = od[index]

@@ -1,0 +1,109 @@
+//! The `cansend` lines of `README.md` do what is written behind them.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use estimator_core::{ContactEstimate, Learnt, Timestamp};
+use wire::node::State;
+use wire::{BootCause, CanFrame, Counters, Event, Node, Settings};
+
+const NOW: Timestamp = Timestamp::from_micros(5_000_000);
+
+/// A foot as it leaves the box, which has walked for a while.
+fn foot() -> Node {
+    let mut node = Node::new(Settings::default(), 0xC0FFEE);
+    node.boot(BootCause::PowerUp);
+    node.set_learnt(Learnt::from_array([
+        -1.0, 2.0, 0.3, -2.5, 1.0, 0.4, -3.0, 1.5, 0.5, 4.0, 3.0, 20.0,
+    ]));
+    node
+}
+
+/// A frame of `cansend`'s notation, and the text behind it.
+fn command(line: &str) -> Option<(CanFrame, &str)> {
+    let (frame, comment) = line.strip_prefix("cansend can0 ")?.split_once(" # ")?;
+    let (id, data) = frame.trim().split_once('#').expect("a frame");
+    let hex = |text| u16::from_str_radix(text, 16).expect("hexadecimal");
+    let data: Vec<u8> = (0..data.len())
+        .step_by(2)
+        .map(|i| hex(&data[i..i + 2]) as u8)
+        .collect();
+    Some((CanFrame::new(hex(id), &data).expect("a frame"), comment))
+}
+
+fn as_text(frame: &CanFrame) -> String {
+    let mut text = format!("{:03X}#", frame.id());
+    for byte in frame.data() {
+        let _ = write!(text, "{byte:02X}");
+    }
+    text
+}
+
+/// What the comment says that the foot sends, after `words`.
+fn announced<'a>(comment: &'a str, words: &str) -> Option<&'a str> {
+    let (_, frame) = comment.split_once(words)?;
+    frame.split(['…', ' ', ',']).next()
+}
+
+/// Sends what a block of commands says; the node's frame in answer is what the comment says.
+fn run(node: &mut Node, block: &str) {
+    for line in block.lines() {
+        let Some((frame, comment)) = command(line) else {
+            continue;
+        };
+        let outcome = node.receive(&frame, NOW);
+        let answer = match outcome.event {
+            Some(Event::ResetCommunication) => node.boot(BootCause::Commanded),
+            _ => outcome.reply.or_else(|| node.finish(Ok(()))),
+        };
+        let expected =
+            announced(comment, "the answer is ").or_else(|| announced(comment, "boots as "));
+        let is_request = frame.id() & 0x780 == 0x600;
+        match (answer.as_ref().map(as_text), expected) {
+            (Some(answer), Some(expected)) => {
+                assert!(answer.starts_with(expected), "{line}: {answer}");
+            }
+            (Some(answer), None) => assert_eq!(&answer[4..6], "60", "{line}: {answer}"),
+            (None, expected) => assert!(expected.is_none() && !is_request, "{line}: no answer"),
+        }
+    }
+}
+
+/// The blocks of `README.md` in which frames are sent.
+fn blocks() -> Vec<String> {
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    let readme = fs::read_to_string(readme).expect("wire/README.md is there");
+    let mut blocks: Vec<String> = readme
+        .split("```sh\n")
+        .skip(1)
+        .filter_map(|part| Some(part.split_once("```")?.0.to_string()))
+        .collect();
+    blocks.retain(|block| block.contains("cansend"));
+    blocks
+}
+
+#[test]
+fn every_command_is_answered_as_it_says_and_leaves_the_foot_streaming() {
+    let blocks = blocks();
+    assert_eq!(blocks.len(), 3);
+    for block in blocks {
+        let mut node = foot();
+        run(&mut node, &block);
+        assert_eq!(node.state(), State::Operational, "{block}");
+    }
+}
+
+#[test]
+fn a_foot_gets_another_id_over_sdo() {
+    let mut node = foot();
+    let blocks = blocks();
+    let block = blocks.iter().find(|block| block.contains("0x2000 = 2"));
+    run(&mut node, block.expect("the block is there"));
+    let mut first = None;
+    let estimate = ContactEstimate::default();
+    node.tick(&estimate, 25.0, &Counters::default(), |frame| {
+        first.get_or_insert(frame.id());
+    });
+    assert_eq!(first, Some(0x192));
+}
