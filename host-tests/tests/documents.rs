@@ -1,4 +1,5 @@
-//! The documents: their links lead somewhere, the code that they name is there, the README is short.
+//! The documents: their links lead somewhere, the code that they name is there, the README and the
+//! source files are short.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,6 +7,8 @@ use std::path::{Path, PathBuf};
 use host_tests::committed::workspace;
 
 const README_LINES: usize = 160;
+
+const SOURCE_LINES: usize = 500;
 
 /// Folders without documents of ours.
 const SKIPPED: [&str; 2] = ["target", ".git"];
@@ -139,4 +142,38 @@ fn a_link_is_judged_by_its_file_its_heading_and_its_name() {
         None
     );
     assert!(judged("`host_tests::no_such`", "host-tests/src/lib.rs").is_some());
+}
+
+/// Lines of a source file without its tests.
+fn lines_without_tests(text: &str) -> usize {
+    let is_code = |line: &&str| !line.starts_with("#[cfg(test)]");
+    text.lines().take_while(is_code).count()
+}
+
+/// All Rust sources below a `src` folder; tests in files of their own are left out.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("the folder can be read") {
+        let path = entry.expect("the entry can be read").path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let is_tests = name == "tests" || name == "tests.rs" || name == "benches";
+        if path.is_dir() && !is_tests && !SKIPPED.contains(&name.as_ref()) {
+            sources(&path, found);
+        } else if name.ends_with(".rs") && !is_tests {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn no_source_file_is_longer_than_500_lines_without_its_tests() {
+    let mut found = Vec::new();
+    sources(&workspace(), &mut found);
+    assert!(found.len() > 200, "{} files", found.len());
+    let long: Vec<String> = found
+        .iter()
+        .map(|path| (path, fs::read_to_string(path).expect("it can be read")))
+        .filter(|(_, text)| lines_without_tests(text) > SOURCE_LINES)
+        .map(|(path, text)| format!("{}: {}", path.display(), lines_without_tests(&text)))
+        .collect();
+    assert!(long.is_empty(), "{long:#?}");
 }
