@@ -28,7 +28,7 @@ fn row(document: &str, section: &str, name: &str) -> Vec<String> {
 
 /// Typical and longest, ms.
 fn latency(part: &str) -> [f64; 2] {
-    let cells = row(&read("README.md"), "## From the ground to the bus", part);
+    let cells = row(&read("README.md"), "## Latency", part);
     [&cells[1], &cells[2]].map(|cell| cell.parse().expect("a number"))
 }
 

@@ -202,7 +202,7 @@ fn missing_frames_are_counted_per_foot_and_across_the_wrap() {
 }
 
 #[test]
-fn a_foot_that_starts_anew_begins_another_segment() {
+fn a_foot_that_restarts_begins_another_segment() {
     let boot_up = |id: u16| format!("(1.500000) can0 {id:03X}#00\n");
     // The same ids on another bus, and another foot, have not started again.
     let mut log = vec![boot_up(0x711), contact("can1", 1_000, 7, 100)];
