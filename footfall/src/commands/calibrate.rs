@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use recordings::input::{Correction, Loaded};
+use recordings::plausible::{self, Finding};
 use serde::Serialize;
 
 use super::recording::{Configuration, RecordingArguments};
@@ -74,6 +75,8 @@ impl CalibrateArguments {
             };
             let loaded = opened.read(&hints)?;
             loaded.notices.iter().for_each(warn);
+            self.recording
+                .report(&file, &plausible::check(&loaded.recording))?;
             calibration
                 .add(&loaded.recording)
                 .map_err(|error| origins.explain(&error, &params))?;
@@ -104,6 +107,13 @@ impl CalibrateArguments {
             .iter()
             .flat_map(|loaded| &loaded.notices)
             .for_each(warn);
+        for (input, loaded) in self.inputs.iter().zip(&loaded) {
+            let mut findings = plausible::check(&loaded.recording);
+            // The sensor lies on each of its sides.
+            findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
+            self.recording
+                .report(&input.display().to_string(), &findings)?;
+        }
         let sensor = SensorCalibration::of(loaded.iter().map(|loaded| &loaded.recording))
             .map_err(CalibrationError::from)?;
         self.write_outputs(configuration, &sensor, |file| file.set_sensor(&sensor))
