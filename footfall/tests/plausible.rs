@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::fs;
+
 use common::{AXES, Bench, standing, text};
 
 /// A foot at rest whose rows are what `row` makes of the time in s.
@@ -126,4 +128,29 @@ fn calibrate_says_the_same() {
     let bench = resting(0.001, |t| format!("{t:.4},0,0,1,0,0,0"));
     let stderr = bench.error("calibrate x.csv --strict");
     assert!(stderr.contains("which looks like g: --units g"), "{stderr}");
+}
+
+#[test]
+fn the_json_of_calibrate_has_the_findings_of_each_file() {
+    // Too slow a rate, on each side of the sensor: gravity need not be along z here.
+    let bench = Bench::new();
+    let mut files = Vec::new();
+    for (k, side) in ["g,0,0", "-g,0,0", "0,g,0", "0,-g,0", "0,0,g", "0,0,-g"]
+        .iter()
+        .enumerate()
+    {
+        let force = side.replace('g', "9.81");
+        let row = |row: u32| format!("{:.2},{force},0,0,0\n", f64::from(row) * 0.02);
+        let rows: String = (0..500).map(row).collect();
+        let name = format!("side{k}.csv");
+        fs::write(bench.path(&name), format!("t,{AXES}\n{rows}")).expect("a file");
+        files.push(name);
+    }
+    let json = bench.stdout(&format!("calibrate --rests --json {}", files.join(" ")));
+    let report: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    for file in files {
+        let findings = &report["inputs"][&file]["findings"];
+        assert_eq!(findings[0]["name"], "low_rate", "{json}");
+        assert!(findings[1].is_null(), "{json}");
+    }
 }
