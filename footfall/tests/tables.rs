@@ -153,14 +153,17 @@ fn rostopic_echo_of_ros_1_has_nanoseconds() {
     let header = "%time,field.header.seq,field.header.stamp,field.angular_velocity.x,\
                   field.angular_velocity.y,field.angular_velocity.z,field.linear_acceleration.x,\
                   field.linear_acceleration.y,field.linear_acceleration.z";
-    let content = table(header, |sample| {
-        let nanoseconds = (1_714_564_800_000_000 + sample.micros) * 1000;
-        format!(
-            "{nanoseconds},1,{nanoseconds},{}",
-            rates_first(&sample.axes)
-        )
-    });
-    assert_same("echo.csv", content, "");
+    // The second is a simulation's clock, which starts at 0.
+    for start in [1_714_564_800_000_000, 0] {
+        let content = table(header, |sample| {
+            let nanoseconds = (start + sample.micros) * 1000;
+            format!(
+                "{nanoseconds},1,{nanoseconds},{}",
+                rates_first(&sample.axes)
+            )
+        });
+        assert_same("echo.csv", content, "");
+    }
 }
 
 #[test]

@@ -325,6 +325,27 @@ mod tests {
     }
 
     #[test]
+    fn a_row_that_is_left_out_takes_its_orientation_along() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(
+            b"t,ax,ay,az,wx,wy,wz,qw,qx,qy,qz\n\
+              0,1,2,3,4,5,6,1,0,0,0\n\
+              0,1,2,3,4,5,6,0,1,0,0\n\
+              1,1,2,3,4,5,6,0,0,1,0\n",
+        )
+        .unwrap();
+        let mut hints = Hints::default();
+        hints.table.times = Times::DropBad;
+        let mut truth = crate::input::truth::Orientations::default();
+        let table = Table::open(file.path(), unwrapped).unwrap();
+        let loaded = read(table, &hints, &mut truth).unwrap();
+        let kept: Vec<f64> = truth.rows.iter().flatten().map(|q| q.w + q.v.x).collect();
+        assert_eq!(loaded.recording.samples.len(), truth.rows.len());
+        assert!(kept == [1.0, 0.0] || kept == [0.0, 1.0], "{kept:?}");
+        assert_eq!(truth.rows[1].unwrap().v.y, 1.0);
+    }
+
+    #[test]
     fn without_times_rows_are_spaced_by_the_rate_given() {
         let hints = Hints {
             sample_rate: Some(400.0),

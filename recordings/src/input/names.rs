@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn two_sensors_of_one_kind_are_told_apart() {
+    fn two_sensors_of_one_kind_are_both_found() {
         let header = names("/l/acc/x,/l/acc/y,/l/acc/z,/r/acc/x,/r/acc/y,/r/acc/z");
         assert_eq!(
             find(Triple::Acceleration, &header),
