@@ -6,7 +6,7 @@ pub enum Flag {
     /// Fewer samples than the window's length have been seen: means are over those there are.
     WindowNotFull,
     /// The attitude filter has not found up yet, or lost it in a gap: gravity cannot be removed,
-    /// the window stays empty and every probability 0.
+    /// with half-widths every probability is 0, otherwise at most one half.
     AttitudeNotInitialised,
     /// The newest sample is at the end of the sensor's range; it counts as mass 0.
     Saturated,

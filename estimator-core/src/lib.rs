@@ -19,7 +19,7 @@
 //! (arXiv:2303.00538), made causal.
 //!
 //! No allocation, no `unsafe`, no panic on any input. All arithmetic is f32 addition,
-//! multiplication and division, never fused, and integers: the results have the
+//! multiplication, division and square root, never fused, and integers: the results have the
 //! same bits on every machine that follows IEEE 754.
 //!
 //! ```

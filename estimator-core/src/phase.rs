@@ -21,7 +21,7 @@ pub enum Decision {
     Stable,
 }
 
-/// The paper's four cases (section IV-B), and what is left where they cannot be told apart.
+/// The paper's four cases (section IV-B), and what is left where they cannot be distinguished.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
     /// There is no load signal, or the estimate rests on doubtful data.

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 /// Says that `missing` keeps a test from checking anything.
 ///
 /// # Panics
-/// With `FOOTFALL_REQUIRE_EVERYTHING=1` in the environment, as in CI: there nothing may be left
+/// With `FOOTFALL_REQUIRE_EVERYTHING=1` in the environment, as `.ci/run` sets it: nothing may be left
 /// unchecked.
 pub fn unmet(missing: &str) {
     let required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value == "1");

@@ -100,6 +100,8 @@ fn problem(from: &Path, link: &Link<'_>) -> Option<String> {
     }
     let is_code = to.extension().is_some_and(|kind| kind == "rs");
     match code_name(link.text) {
+        // A module is named by its file.
+        Some(name) if to.file_stem().is_some_and(|stem| stem == name) => None,
         Some(name) if is_code && !text.contains(name) => Some(format!("has no {name}")),
         _ => None,
     }

@@ -67,7 +67,7 @@ struct RunArguments {
     #[arg(long)]
     full_load: bool,
     /// Where to write.
-    #[arg(long)]
+    #[arg(long, default_value = "target/virtual-board")]
     out: PathBuf,
     /// Have the board send all that it can: contact and raw sample each ms over the serial line,
     /// health each 10 ms.

@@ -30,7 +30,7 @@ pub const fn step_u16(newest: u16, next: u16) -> Step {
 }
 
 /// How many numbers of 8 bits are missing between a TPDO1 and the `next` that came, modulo 2⁸: that
-/// of a foot started again cannot be told from a gap.
+/// of a foot started again cannot be distinguished from a gap.
 #[must_use]
 pub const fn missing_u8(last: u8, next: u8) -> u8 {
     next.wrapping_sub(last).wrapping_sub(1)

@@ -98,7 +98,7 @@ impl Stream {
 
     fn take(&mut self, frame: &Frame) {
         self.report.count_frame(kind_name(frame.message.kind()));
-        if self.starts_anew(&frame.message) {
+        if self.restarts(&frame.message) {
             self.segment += 1;
             self.report.restarts += 1;
             self.newest = None;
@@ -120,7 +120,7 @@ impl Stream {
     }
 
     /// Whether the foot's clock, which does not wrap, has been set back.
-    fn starts_anew(&self, message: &Message) -> bool {
+    fn restarts(&self, message: &Message) -> bool {
         match (message, self.rows.last()) {
             (Message::Contact(contact), Some(last)) => {
                 contact.timestamp.as_micros() < last.timestamp.as_micros()
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_starts_anew_begins_another_segment() {
+    fn a_foot_that_restarts_begins_another_segment() {
         // As if 40 000 numbers were missing; then backwards.
         for (last, first) in [(10_000, 50_000), (50_000, 0)] {
             let stream = [

@@ -13,7 +13,7 @@ use crate::value::Value;
 /// |---|---|
 /// | 0 to 2 | phase: 0 unknown, 1 stance, 2 slip, 3 swing, 4 quiet swing |
 /// | 3 | debounced decision: stable |
-/// | 4 | valid: no flag but a time gap, and no fault |
+/// | 4 | valid: no fault, and no flag other than a time gap or settling |
 /// | 5 | saturated |
 /// | 6 | fault: the sensor cannot be believed |
 /// | 7 | starting: the window is not full, or up is not yet known |
@@ -278,7 +278,7 @@ pub(super) const FIELDS: [Field; 6] = [
             ),
             Signal::flag(
                 "Valid",
-                "Nothing is in doubt: no flag but a time gap, and no fault.",
+                "No fault, and no flag other than a time gap or settling.",
             ),
             Signal::flag(
                 "Saturated",

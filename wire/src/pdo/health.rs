@@ -101,7 +101,7 @@ pub(super) const FIELDS: [Field; 5] = [
             ),
         ],
     )
-    .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap"),
+    .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap, 6 settling"),
     Field::new(
         index::ERROR_REGISTER,
         0,

@@ -83,7 +83,7 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "load-defaults",
-        what: "0x1011 \"load\" erases both pages",
+        what: "0x1011 \"load\" restores the defaults",
         before: &[Step::Store],
         steps: |_| vec![Step::Restore],
         reports: Reports::Any,
