@@ -35,6 +35,14 @@ pub enum Error {
     /// The recordings do not show what a calibration needs.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
+    /// A recording is not plausible, and it should be.
+    #[error("{file}: --strict does not let {count} of the above pass")]
+    Implausible {
+        /// The recording, as it was named.
+        file: String,
+        /// How many things are not.
+        count: usize,
+    },
     /// A result could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),

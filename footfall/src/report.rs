@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::error::Error;
 use crate::files::write_file;
 use crate::plot;
-use crate::summary::Summary;
+use crate::summary::{InputReport, Summary};
 
 /// How the summary is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,6 +35,8 @@ pub struct Outputs {
     pub plot: Option<PathBuf>,
     /// What has been written already and is to be named too.
     pub others: Vec<PathBuf>,
+    /// What there is to say about the file that was read, where there was one.
+    pub input: Option<InputReport>,
     /// How the summary is printed.
     pub summary: SummaryStyle,
 }
@@ -63,7 +65,11 @@ pub fn write_outputs(
     }
     let files = [&outputs.samples, &outputs.estimates, &outputs.plot];
     let files = files.into_iter().flatten().chain(&outputs.others);
-    print(&Summary::of(recording, estimates), outputs.summary, files).map_err(Error::Print)
+    let summary = Summary {
+        input: outputs.input.clone(),
+        ..Summary::of(recording, estimates)
+    };
+    print(&summary, outputs.summary, files).map_err(Error::Print)
 }
 
 /// Prints a summary, and for a person which files were written.

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use estimator_core::{ContactEstimate, Flag, Phase};
+use recordings::input::{Loaded, Repairs};
+use recordings::plausible::Finding;
 use recordings::recording::Recording;
 use scoring::metrics::{Latency, Metrics};
 use scoring::scored::Scored;
@@ -26,6 +28,56 @@ pub struct Summary {
     pub flag_counts: BTreeMap<&'static str, usize>,
     /// Figures against the labels, where there are any.
     pub metrics: Option<Metrics>,
+    /// What there is to say about the file that was read; absent where there was none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input: Option<InputReport>,
+}
+
+/// What there is to say about a file that was read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct InputReport {
+    /// One sentence on each thing that was left out or reinterpreted.
+    pub notices: Vec<String>,
+    /// Rows left out because all six axes are blank in them.
+    pub blank_rows: usize,
+    /// Rows left out because their times do not advance.
+    pub dropped_rows: usize,
+    /// Rows that got another time.
+    pub retimed_rows: usize,
+    /// What is not plausible.
+    pub findings: Vec<FindingReport>,
+}
+
+/// One thing that is not plausible.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FindingReport {
+    /// Its name, by [`Finding::name`].
+    pub name: &'static str,
+    /// The sentence for people.
+    pub message: String,
+}
+
+impl InputReport {
+    /// Sums up a file and what is not plausible about it.
+    #[must_use]
+    pub fn of(loaded: &Loaded, findings: &[Finding]) -> Self {
+        let Repairs {
+            blank_rows,
+            dropped_rows,
+            retimed_rows,
+        } = loaded.repairs;
+        let report = |finding: &Finding| FindingReport {
+            name: finding.name(),
+            message: finding.to_string(),
+        };
+        Self {
+            notices: loaded.notices.clone(),
+            blank_rows,
+            dropped_rows,
+            retimed_rows,
+            findings: findings.iter().map(report).collect(),
+        }
+    }
 }
 
 impl Summary {
@@ -48,6 +100,7 @@ impl Summary {
             state_shares: Phase::ALL.into_iter().map(share).collect(),
             flag_counts: Flag::ALL.into_iter().filter_map(count).collect(),
             metrics: Metrics::of(&Scored::collect(&recording.samples, estimates)),
+            input: None,
         }
     }
 }

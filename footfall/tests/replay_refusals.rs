@@ -65,8 +65,8 @@ fn without_a_format_a_header_that_lacks_an_axis_is_told_which() {
         "ax, ay, az, wx, wy, wz; names are written in lower case"
     );
     assert_eq!(
-        missing("t;ax;ay;az;wx;wy;wz"),
-        "ax, ay, az, wx, wy, wz; columns are separated by commas, not by ';'"
+        missing("t|ax|ay|az|wx|wy|wz"),
+        "ax, ay, az, wx, wy, wz; columns are separated by commas, semicolons or tabs, not by '|'"
     );
 }
 
@@ -93,7 +93,7 @@ fn times_in_milliseconds_are_suspected_where_the_rate_given_says_so() {
     assert_eq!(
         complaint(in_ms, "--sample-rate 1000"),
         "footfall: x.csv: column t says 1.00 Hz, but the sample rate was given as 1000 Hz; \
-         column t looks like milliseconds, but is in s\n"
+         column t looks like milliseconds, but is read in s: --time-unit ms\n"
     );
 }
 
@@ -167,7 +167,8 @@ fn a_time_that_does_not_advance_is_an_error() {
             ""
         ),
         "footfall: x.csv, line 3, column 1 (t): time 0.01 s does not come after 0.02 s in the \
-         row before\n"
+         row before; --times drop-bad leaves such rows out, --times rate spaces rows by the sample \
+         rate\n"
     );
 }
 
@@ -210,17 +211,36 @@ fn a_sample_rate_that_contradicts_the_times_is_an_error_that_names_both() {
 
 #[test]
 fn times_in_another_unit_than_s_are_suspected_where_the_rate_says_so() {
-    for (step, rate, unit) in [(1, "1", "milliseconds"), (1000, "0.001", "microseconds")] {
+    for (step, rate, unit, name) in [
+        (1, "1", "milliseconds", "ms"),
+        (1000, "0.001", "microseconds", "us"),
+    ] {
         let row = |k: u32| format!("{},0,0,9.81,0,0,0\n", k * step);
         let rows: String = (0..100).map(row).collect();
         assert_eq!(
             complaint(format!("t,{AXES}\n{rows}"), ""),
             format!(
                 "footfall: x.csv: the sample rate is {rate} Hz, allowed is 20 to 10000 Hz; \
-                 column t looks like {unit}, but is in s\n"
+                 column t looks like {unit}, but is read in s: --time-unit {name}\n"
             )
         );
     }
+}
+
+#[test]
+fn times_closer_than_samples_can_be_are_suspected_to_be_batches() {
+    let row = |k: u32| {
+        format!(
+            "{:.6},0,0,9.81,0,0,0\n",
+            f64::from(k / 10 * 10_000 + k % 10) / 1e6
+        )
+    };
+    let rows: String = (0..100).map(row).collect();
+    assert_eq!(
+        complaint(format!("t,{AXES}\n{rows}"), ""),
+        "footfall: x.csv: the sample rate is 1000000 Hz, allowed is 20 to 10000 Hz; rows that \
+         arrive in batches are spaced by --times rate\n"
+    );
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //! | a recording: samples with their load and label | [`recording`] |
 //! | vectors and rotations in f64, for true orientations | [`space`] |
 //! | a file becomes a recording | [`input`] |
+//! | what cannot be right about it | [`plausible`] |
 //! | the estimator runs over it | [`replay`] |
 //! | samples and estimates become a table | [`output`] |
 //! | the names of validities in both kinds of files | [`validity`] |
@@ -13,6 +14,7 @@
 pub mod input;
 pub mod number;
 pub mod output;
+pub mod plausible;
 pub mod recording;
 pub mod replay;
 pub mod space;

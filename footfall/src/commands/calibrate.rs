@@ -1,11 +1,13 @@
 //! `footfall calibrate`.
 
-use std::fmt::Display;
+use std::collections::BTreeMap;
+use std::fmt::{self, Display};
 use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
 use recordings::input::{Correction, Loaded};
+use recordings::plausible::{self, Finding};
 use serde::Serialize;
 
 use super::recording::{Configuration, RecordingArguments};
@@ -19,6 +21,7 @@ use crate::files::write_file;
 use crate::plot;
 use crate::progress;
 use crate::report::{SummaryStyle, print, warn};
+use crate::summary::InputReport;
 use crate::targets;
 
 /// What `footfall calibrate` takes.
@@ -45,6 +48,21 @@ pub struct CalibrateArguments {
     pub json: bool,
 }
 
+/// A report, and in JSON what there is to say about the files that were read.
+#[derive(Serialize)]
+struct WithInputs<'a, R> {
+    #[serde(flatten)]
+    report: &'a R,
+    /// By the name of the file.
+    inputs: BTreeMap<String, InputReport>,
+}
+
+impl<R: Display> Display for WithInputs<'_, R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.report.fmt(f)
+    }
+}
+
 impl CalibrateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         targets::check_inputs(&self.inputs)?;
@@ -61,6 +79,7 @@ impl CalibrateArguments {
 
     fn learn(&self, configuration: &Configuration) -> Result<(), Error> {
         let hints = self.recording.hints(configuration)?;
+        let mut inputs = BTreeMap::new();
         let mut calibration = None;
         for input in &self.inputs {
             let opened = progress::open(input, self.recording.format)?;
@@ -74,6 +93,9 @@ impl CalibrateArguments {
             };
             let loaded = opened.read(&hints)?;
             loaded.notices.iter().for_each(warn);
+            let findings = plausible::check(&loaded.recording);
+            self.recording.report(&file, &findings)?;
+            inputs.insert(file.clone(), InputReport::of(&loaded, &findings));
             calibration
                 .add(&loaded.recording)
                 .map_err(|error| origins.explain(&error, &params))?;
@@ -87,7 +109,11 @@ impl CalibrateArguments {
                 to.write_all(plot::distribution::svg(&foot)?.as_bytes())
             })?;
         }
-        self.write_outputs(configuration, &foot, |file| file.set_learnt(&foot))
+        let report = WithInputs {
+            report: &foot,
+            inputs,
+        };
+        self.write_outputs(configuration, &report, |file| file.set_learnt(&foot))
     }
 
     fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
@@ -104,9 +130,22 @@ impl CalibrateArguments {
             .iter()
             .flat_map(|loaded| &loaded.notices)
             .for_each(warn);
+        let mut inputs = BTreeMap::new();
+        for (input, loaded) in self.inputs.iter().zip(&loaded) {
+            let mut findings = plausible::check(&loaded.recording);
+            // The sensor lies on each of its sides.
+            findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
+            let file = input.display().to_string();
+            self.recording.report(&file, &findings)?;
+            inputs.insert(file, InputReport::of(loaded, &findings));
+        }
         let sensor = SensorCalibration::of(loaded.iter().map(|loaded| &loaded.recording))
             .map_err(CalibrationError::from)?;
-        self.write_outputs(configuration, &sensor, |file| file.set_sensor(&sensor))
+        let report = WithInputs {
+            report: &sensor,
+            inputs,
+        };
+        self.write_outputs(configuration, &report, |file| file.set_sensor(&sensor))
     }
 
     fn write_outputs(

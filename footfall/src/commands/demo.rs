@@ -63,6 +63,7 @@ impl DemoArguments {
             estimates: None,
             plot: Some(directory.join("plot.svg")),
             others: vec![can, uart],
+            input: None,
             summary: SummaryStyle::Text,
         };
         write_outputs(&outputs, &walk.recording, 0, &sent.estimates)

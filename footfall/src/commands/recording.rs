@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Params, WindowLength};
-use recordings::input::{Format, Hints};
+use recordings::input::{Format, Hints, Mapping, TableOptions, TimeUnit, Times, Units};
+use recordings::plausible::Finding;
 
 use crate::config::{
     ConfigError, Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate,
 };
 use crate::error::Error;
+use crate::report::warn;
 
 /// How recordings are read and which parameters they are estimated with. Later wins: preset,
 /// configuration file, options.
@@ -32,6 +34,47 @@ pub struct RecordingArguments {
     /// Whether the accelerations contain gravity: included or removed
     #[arg(long, value_name = "included|removed", value_parser = parse_gravity)]
     pub gravity: Option<Gravity>,
+    /// How tables of others are read.
+    #[command(flatten)]
+    pub table: TableArguments,
+    /// Fail where a recording is not plausible: wrong units, gravity that is there or not, a clock
+    /// that jumps
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// How a csv of others is read; docs/formats.md lists what is recognised without.
+#[derive(Clone, Debug, Default, Args)]
+pub struct TableArguments {
+    /// Which columns stand for ours.
+    #[arg(
+        long,
+        value_name = "OURS=THEIRS,...",
+        help = "Columns that stand for ours, by their name or its last parts, such as \
+                t=stamp,ax=linear_acceleration.x; those of ROS, PlotJuggler and Unitree are known"
+    )]
+    pub map: Option<Mapping>,
+    /// Units of the six axes where they are not m/s2,rad/s: g and dps
+    #[arg(long, value_name = "g,dps")]
+    pub units: Option<Units>,
+    /// Unit of the times where it is not s: ms, us or ns
+    #[arg(long, value_name = "s|ms|us|ns")]
+    pub time_unit: Option<TimeUnit>,
+    /// Times that are not in order: keep (an error), drop-bad (leave those rows out) or rate (space
+    /// all rows by the sample rate)
+    #[arg(long, value_name = "keep|drop-bad|rate")]
+    pub times: Option<Times>,
+}
+
+impl TableArguments {
+    fn options(&self) -> TableOptions {
+        TableOptions {
+            mapping: self.map.clone().unwrap_or_default(),
+            units: self.units.unwrap_or_default(),
+            time_unit: self.time_unit,
+            times: self.times.unwrap_or_default(),
+        }
+    }
 }
 
 /// A configuration file, or one that changes nothing. It is read once, so a pipe will do.
@@ -50,6 +93,23 @@ fn format_parser() -> impl TypedValueParser<Value = Format> {
 }
 
 impl RecordingArguments {
+    /// Reports what is not plausible about a recording.
+    ///
+    /// # Errors
+    /// Anything is, and `--strict` is given.
+    pub(super) fn report(&self, file: &str, findings: &[Finding]) -> Result<(), Error> {
+        for finding in findings {
+            warn(format!("{file}: {finding}"));
+        }
+        if self.strict && !findings.is_empty() {
+            return Err(Error::Implausible {
+                file: file.to_owned(),
+                count: findings.len(),
+            });
+        }
+        Ok(())
+    }
+
     /// The preset for recordings of a format, with what the configuration sets.
     pub(super) fn params(&self, configuration: &Configuration, format: Format) -> Params {
         let mut params = self.preset.params(format);
@@ -59,7 +119,11 @@ impl RecordingArguments {
 
     /// What is known about the files beyond their format.
     pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
-        configuration.hints(self.sample_rate, self.gravity)
+        let hints = configuration.hints(self.sample_rate, self.gravity)?;
+        Ok(Hints {
+            table: self.table.options(),
+            ..hints
+        })
     }
 }
 
@@ -91,6 +155,7 @@ impl Configuration {
             correction: self
                 .overrides
                 .correction(self.name.as_deref().unwrap_or_default())?,
+            table: TableOptions::default(),
         })
     }
 

@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 use estimator_core::WindowLength;
+use recordings::plausible;
 
 use super::recording::{Configuration, RecordingArguments};
 use crate::config::parse_window;
 use crate::error::Error;
 use crate::progress;
 use crate::report::{Outputs, SummaryStyle, warn, write_outputs};
+use crate::summary::InputReport;
 use crate::targets;
 
 /// What `footfall replay` takes.
@@ -47,11 +49,12 @@ impl ReplayArguments {
         targets::check(&self.input, self.output.as_deref(), self.plot.as_deref())?;
         let loaded = opened.read(&self.recording.hints(&configuration)?)?;
         loaded.notices.iter().for_each(warn);
-        let outputs = Outputs {
+        let mut outputs = Outputs {
             samples: None,
             estimates: self.output,
             plot: self.plot,
             others: Vec::new(),
+            input: None,
             summary: if self.json {
                 SummaryStyle::Json
             } else {
@@ -67,6 +70,9 @@ impl ReplayArguments {
         }
         let estimates = progress::replay(&loaded.recording, &params)
             .map_err(|error| origins.explain(&error, &params))?;
+        let findings = plausible::check(&loaded.recording);
+        self.recording.report(&file, &findings)?;
+        outputs.input = Some(InputReport::of(&loaded, &findings));
         write_outputs(&outputs, &loaded.recording, loaded.start_us, &estimates)
     }
 }

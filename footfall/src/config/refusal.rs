@@ -1,7 +1,7 @@
 //! A refused parameter by the option or key that sets it, with unit and file.
 
 use estimator_core::{Axis, Method, Parameter, Params, ParamsError, WindowLength};
-use recordings::input::time::{MICROSECONDS_HINT, MILLISECONDS_HINT};
+use recordings::input::time::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
 use recordings::number::shown;
 use thiserror::Error;
 
@@ -161,12 +161,13 @@ impl Origins<'_> {
         }
     }
 
-    /// What a rate far too low says about the times that it was measured from.
+    /// What a rate far too low or too high says about the times that it was measured from.
     fn unit_of_times(&self, rate: f32, min: f32, max: f32) -> &'static str {
         let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
         match self.sample_rate {
             RateOrigin::Recording if rate < min && fits(1.0e3) => MILLISECONDS_HINT,
             RateOrigin::Recording if rate < min && fits(1.0e6) => MICROSECONDS_HINT,
+            RateOrigin::Recording if rate > max => BATCHES_HINT,
             _ => "",
         }
     }

@@ -13,17 +13,26 @@
 //! Other columns are ignored, and named in a notice. The sample rate is that of the times between
 //! rows without the gaps: the roundest number of Hz that they allow. Or it is the one that is
 //! given; where there are both they agree within 1 %.
+//!
+//! Tables of others are read by their names for these columns, listed in `names`, or by a
+//! [`Mapping`](super::Mapping); in them a blank cell of an axis is not a number, and a row that has
+//! none of the six is left out and counted, as one of another signal. Times may be dates with times
+//! as in ISO 8601.
 
-use estimator_core::Gravity;
+use estimator_core::{Gravity, Timestamp};
 
-use super::clock::{Clock, time_us};
+use super::clock::{Clock, TimeColumn, unit_since_1970};
 use super::error::InputError;
 use super::extra::ExtraColumns;
 use super::header::Columns;
-use super::loaded::{Hints, Loaded, steady_time};
+use super::layout::{Blanks, Layout};
+use super::loaded::{Hints, Loaded, Repairs, steady_time};
+use super::names::{FoundTime, find_time};
+use super::options::{TimeUnit, Times};
 use super::rate::sample_rate;
-use super::table::Table;
-use crate::recording::Recording;
+use super::table::{Row, Table};
+use super::times::{longest_increase, mean_rate, moved};
+use crate::recording::{RecordedSample, Recording};
 
 /// Reads a table with a header, and the `extra` columns beside those of a recording.
 ///
@@ -34,46 +43,159 @@ pub(super) fn read(
     hints: &Hints,
     extra: &mut impl ExtraColumns,
 ) -> Result<Loaded, InputError> {
-    let Some(header) = table.next_row()? else {
+    let Some(layout) = Layout::of(&mut table, &hints.table)? else {
         return Err(table.empty());
     };
-    let mut columns = Columns::checked(&header, table.file())?;
-    extra.header(&header, table.file())?;
+    let header = &layout.header;
+    let mut columns = Columns::checked(header, table.file())?;
+    extra.header(header, table.file())?;
     columns.ignored.retain(|name| !extra.reads(name));
-    let mut clock: Option<Clock> = None;
-    let mut times = Vec::new();
-    let mut samples = Vec::new();
+    let mut rows = Rows::default();
+    let mut column = None;
     while let Some(row) = table.next_row()? {
         row.expect_columns(columns.count)?;
-        if let Some(index) = columns.t {
-            let now_us = time_us(&row, index)?;
-            let clock = clock.get_or_insert_with(|| Clock::starting_at(now_us));
-            times.push(clock.advance_to(now_us, &row, index)?);
+        if columns.t.is_some() && layout.blanks == Blanks::NotANumber && columns.has_no_axis(&row) {
+            rows.repairs.blank_rows += 1;
+            continue;
         }
-        samples.push(columns.sample(&row, &hints.correction)?);
+        if let Some(index) = columns.t {
+            let column = column.get_or_insert_with(|| TimeColumn {
+                index,
+                nanoseconds: columns.nanoseconds,
+                unit: time_unit(&layout, hints, &row, index),
+            });
+            rows.add_time(column, &row, hints.table.times)?;
+        }
+        rows.samples
+            .push(columns.sample(&row, layout.blanks, hints)?);
         extra.row(&row)?;
     }
-    if samples.is_empty() {
+    if rows.samples.is_empty() {
         return Err(table.empty());
     }
-    let sample_rate = sample_rate(&times, hints.sample_rate, table.file())?;
-    for (k, sample) in samples.iter_mut().enumerate() {
-        sample.imu.timestamp = times
+    match hints.table.times {
+        Times::Keep => {}
+        Times::DropBad => rows.drop_bad(extra),
+        Times::Rate => rows.space_evenly(hints.sample_rate),
+    }
+    let sample_rate = rows
+        .spacing
+        .map_or_else(
+            || sample_rate(&rows.times, hints.sample_rate, table.file()),
+            |rate| Ok(rate as f32),
+        )
+        .map_err(|error| error.with_time_column(time_by_another_name(header)))?;
+    for (k, sample) in rows.samples.iter_mut().enumerate() {
+        sample.imu.timestamp = rows
+            .times
             .get(k)
             .copied()
             .unwrap_or_else(|| steady_time(k, sample_rate));
     }
+    let mut notices: Vec<String> = layout.notice.into_iter().collect();
+    if layout.names_ignored {
+        notices.extend(columns.notice(table.file()));
+    }
+    notices.extend(rows.repairs.notices(table.file()));
     Ok(Loaded {
-        start_us: clock.map_or(0, |clock| clock.start_us),
-        notices: columns.notice(table.file()).into_iter().collect(),
+        start_us: rows.clock.map_or(0, |clock| clock.start_us),
+        notices,
+        repairs: rows.repairs,
         recording: Recording {
             name: table.recording_name().to_owned(),
             sample_rate,
             gravity: hints.gravity.unwrap_or(Gravity::Included),
             load_title: "force (N)".to_owned(),
-            samples,
+            samples: rows.samples,
         },
     })
+}
+
+/// The unit of the times: the one that is given, or that of the column's name, or the one in which
+/// the first time makes sense.
+fn time_unit(layout: &Layout, hints: &Hints, first: &Row, index: usize) -> TimeUnit {
+    let by_size = || {
+        let value = first.text(index).parse().unwrap_or_default();
+        unit_since_1970(value)
+    };
+    hints
+        .table
+        .time_unit
+        .or(layout.time_unit)
+        .unwrap_or_else(by_size)
+}
+
+/// The column of a table of ours that may be meant by `t`.
+fn time_by_another_name(header: &Row) -> Option<String> {
+    let names: Vec<String> = header.cells().map(str::to_owned).collect();
+    match find_time(&names) {
+        Some(FoundTime::Column(index, _)) => Some(names[index].clone()),
+        _ => None,
+    }
+}
+
+/// The rows of a table as they are read.
+#[derive(Default)]
+struct Rows {
+    samples: Vec<RecordedSample>,
+    clock: Option<Clock>,
+    /// Since the first row; empty where there is no clock.
+    times: Vec<Timestamp>,
+    /// What the clock says, µs, where it need not be in order.
+    unordered_us: Vec<i64>,
+    /// The rate by which rows are spaced, Hz, where it is not by their times.
+    spacing: Option<f64>,
+    repairs: Repairs,
+}
+
+impl Rows {
+    fn add_time(&mut self, column: &TimeColumn, row: &Row, times: Times) -> Result<(), InputError> {
+        let now_us = column.micros(row)?;
+        if times == Times::Keep {
+            let clock = self.clock.get_or_insert_with(|| Clock::starting_at(now_us));
+            self.times.push(clock.advance_to(now_us, row, column)?);
+        } else {
+            self.unordered_us.push(now_us);
+        }
+        Ok(())
+    }
+
+    /// Leaves out the rows whose times do not advance.
+    fn drop_bad(&mut self, extra: &mut impl ExtraColumns) {
+        let kept = longest_increase(&self.unordered_us);
+        let mut ordered = self
+            .unordered_us
+            .iter()
+            .zip(&kept)
+            .filter(|(_, kept)| **kept);
+        let Some((first, _)) = ordered.next() else {
+            return;
+        };
+        self.clock = Some(Clock::starting_at(*first));
+        let since_first = |(time, _): (&i64, &bool)| Timestamp::from_micros(time.abs_diff(*first));
+        self.times = std::iter::once(Timestamp::default())
+            .chain(ordered.map(since_first))
+            .collect();
+        let mut of_sample = kept.iter();
+        self.samples
+            .retain(|_| of_sample.next().is_none_or(|kept| *kept));
+        extra.retain(&kept);
+        self.repairs.dropped_rows = kept.iter().filter(|kept| !**kept).count();
+    }
+
+    /// Gives each row the place that it has at the sample rate.
+    fn space_evenly(&mut self, given: Option<f32>) {
+        let Some(first) = self.unordered_us.first() else {
+            return;
+        };
+        self.clock = Some(Clock::starting_at(*first));
+        self.spacing = given
+            .map(f64::from)
+            .or_else(|| mean_rate(&self.unordered_us));
+        if let Some(rate) = self.spacing {
+            self.repairs.retimed_rows = moved(&self.unordered_us, rate);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -200,6 +322,27 @@ mod tests {
             error.ends_with(", line 2, column 8 (validity): \"maybe\" where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn a_row_that_is_left_out_takes_its_orientation_along() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(
+            b"t,ax,ay,az,wx,wy,wz,qw,qx,qy,qz\n\
+              0,1,2,3,4,5,6,1,0,0,0\n\
+              0,1,2,3,4,5,6,0,1,0,0\n\
+              1,1,2,3,4,5,6,0,0,1,0\n",
+        )
+        .unwrap();
+        let mut hints = Hints::default();
+        hints.table.times = Times::DropBad;
+        let mut truth = crate::input::truth::Orientations::default();
+        let table = Table::open(file.path(), unwrapped).unwrap();
+        let loaded = read(table, &hints, &mut truth).unwrap();
+        let kept: Vec<f64> = truth.rows.iter().flatten().map(|q| q.w + q.v.x).collect();
+        assert_eq!(loaded.recording.samples.len(), truth.rows.len());
+        assert!(kept == [1.0, 0.0] || kept == [0.0, 1.0], "{kept:?}");
+        assert_eq!(truth.rows[1].unwrap().v.y, 1.0);
     }
 
     #[test]

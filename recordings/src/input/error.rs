@@ -4,6 +4,10 @@ use std::{fmt, io};
 
 use thiserror::Error;
 
+use super::format::Format;
+use super::iso8601::micros_since_1970;
+use super::mapping::Mapping;
+use super::options::TimeUnit;
 use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
 use crate::number::{shown, shown_rate};
 
@@ -46,9 +50,30 @@ impl fmt::Display for HeaderSlip {
         match self {
             Self::UpperCase => f.write_str("names are written in lower case"),
             Self::Separator(found) => {
-                write!(f, "columns are separated by commas, not by {found:?}")
+                write!(
+                    f,
+                    "columns are separated by commas, semicolons or tabs, not by {found:?}"
+                )
             }
         }
+    }
+}
+
+/// The end of an error about a header: what to do about it.
+fn header_hint(slip: Option<HeaderSlip>, mapping: Option<&Mapping>) -> String {
+    match (slip, mapping) {
+        (Some(slip), _) => format!("; {slip}"),
+        (None, Some(mapping)) => format!("; did you mean --map {mapping}?"),
+        (None, None) => String::new(),
+    }
+}
+
+/// A time as it stands in a file, with its unit unless it is a date.
+fn time_text(text: &str, unit: TimeUnit) -> String {
+    if micros_since_1970(text).is_some() {
+        text.to_owned()
+    } else {
+        format!("{text} {}", unit.name())
     }
 }
 
@@ -108,7 +133,7 @@ pub enum InputError {
     /// The header lacks columns that every recording needs.
     #[error(
         "{file}, line {line}: missing in the header: {columns}{}",
-        slip.map(|slip| format!("; {slip}")).unwrap_or_default()
+        header_hint(*slip, mapping.as_ref())
     )]
     MissingColumns {
         /// The file, as it was named.
@@ -119,6 +144,62 @@ pub enum InputError {
         columns: String,
         /// Where they may be all the same.
         slip: Option<HeaderSlip>,
+        /// The columns that may be meant.
+        mapping: Option<Mapping>,
+    },
+    /// A column of a mapping is not in the header.
+    #[error("{file}, line {line}: there is no column {name:?} to map; there are {columns}")]
+    NoSuchColumn {
+        /// The file, as it was named.
+        file: String,
+        /// The header's line.
+        line: u64,
+        /// The name in the mapping.
+        name: String,
+        /// The names in the header.
+        columns: String,
+    },
+    /// A column of a mapping may be several.
+    #[error(
+        "{file}, line {line}: {name:?} may be {} or {}: give more of its name",
+        candidates[0],
+        candidates[1]
+    )]
+    AmbiguousColumn {
+        /// The file, as it was named.
+        file: String,
+        /// The header's line.
+        line: u64,
+        /// The name in the mapping.
+        name: String,
+        /// Two columns that it fits.
+        candidates: [String; 2],
+    },
+    /// There are several sensors in one table.
+    #[error(
+        "{file}, line {line}: {} and {} are of two sensors: choose one, such as --map {mapping}",
+        candidates[0],
+        candidates[1]
+    )]
+    SeveralSensors {
+        /// The file, as it was named.
+        file: String,
+        /// The header's line.
+        line: u64,
+        /// The first axis of two of them.
+        candidates: [String; 2],
+        /// A mapping that chooses the first.
+        mapping: Mapping,
+    },
+    /// Options for tables with a header are given for a format that has its own columns and units.
+    #[error(
+        "{file} is read as {format}, which has columns, units and times of its own: --map, --units, --time-unit and --times are for csv"
+    )]
+    TableOptions {
+        /// The file, as it was named.
+        file: String,
+        /// Its format.
+        format: Format,
     },
     /// The header names a column twice.
     #[error("{cell}: this name stands in the header twice")]
@@ -186,23 +267,33 @@ pub enum InputError {
     },
     /// A time is not finite, or too far from zero.
     #[error(
-        "{cell}: {text} is no time in s: {0:e} to {MAX_TIME_S:e} is expected",
-        -MAX_TIME_S
+        "{cell}: {text} is no time in {0}: -{1:e} to {1:e} is expected",
+        unit.name(),
+        MAX_TIME_S * unit.per_second()
     )]
     Time {
         /// The cell.
         cell: Cell,
         /// What it holds.
         text: String,
+        /// The unit in which it is read.
+        unit: TimeUnit,
     },
     /// Time does not advance by at least a microsecond.
-    #[error("{cell}: time {text} s does not come after {previous} s in the row before")]
+    #[error(
+        "{cell}: time {} does not come after {previous} {} in the row before; --times drop-bad \
+         leaves such rows out, --times rate spaces rows by the sample rate",
+        time_text(text, *unit),
+        unit.name()
+    )]
     TimeOrder {
         /// The cell.
         cell: Cell,
-        /// The time, s, as it stands there.
+        /// The time as it stands there.
         text: String,
-        /// The time of the row before, s.
+        /// The unit in which it is read.
+        unit: TimeUnit,
+        /// The time of the row before, in that unit.
         previous: f64,
     },
     /// Cells that belong together are filled in part.
@@ -214,10 +305,18 @@ pub enum InputError {
         cell: Cell,
     },
     /// The sample rate is not known.
-    #[error("{file} has no times that tell the sample rate, so it must be given: --sample-rate HZ")]
+    #[error(
+        "{file} has no times that tell the sample rate, so it must be given: --sample-rate HZ{}",
+        time_column
+            .as_ref()
+            .map(|name| format!("; did you mean `t` for `{name}`? --map t={name}"))
+            .unwrap_or_default()
+    )]
     UnknownSampleRate {
         /// The file, as it was named.
         file: String,
+        /// A column that may hold the times.
+        time_column: Option<String>,
     },
     /// The times contradict the sample rate that was given.
     #[error(
@@ -236,4 +335,17 @@ pub enum InputError {
         /// Whether they would agree if the times were in milliseconds.
         in_milliseconds: bool,
     },
+}
+
+impl InputError {
+    /// With a column that may hold the times, where none was known to.
+    pub(super) fn with_time_column(self, column: Option<String>) -> Self {
+        match self {
+            Self::UnknownSampleRate { file, .. } => Self::UnknownSampleRate {
+                file,
+                time_column: column.filter(|name| name != "t"),
+            },
+            other => other,
+        }
+    }
 }

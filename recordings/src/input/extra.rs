@@ -13,6 +13,9 @@ pub(super) trait ExtraColumns {
 
     /// Takes in a row.
     fn row(&mut self, row: &Row) -> Result<(), InputError>;
+
+    /// Leaves out the rows for which `kept` has a false.
+    fn retain(&mut self, kept: &[bool]);
 }
 
 /// No extra columns.
@@ -28,4 +31,6 @@ impl ExtraColumns for () {
     fn row(&mut self, _: &Row) -> Result<(), InputError> {
         Ok(())
     }
+
+    fn retain(&mut self, _: &[bool]) {}
 }

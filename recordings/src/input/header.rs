@@ -3,9 +3,10 @@
 use estimator_core::{Axis, Load, Timestamp, Validity};
 
 use super::cells::{label, validity};
-use super::correction::Correction;
 use super::error::{HeaderSlip, InputError};
-use super::loaded::imu_sample;
+use super::layout::{Blanks, NANOSECONDS, shortened, suggestion};
+use super::loaded::{Hints, imu_sample};
+use super::mapping::is_ours;
 use super::table::Row;
 use crate::recording::RecordedSample;
 
@@ -13,12 +14,7 @@ use crate::recording::RecordedSample;
 pub(super) fn is_header(row: &Row) -> bool {
     row.cells()
         .flat_map(|cell| cell.split(OTHER_SEPARATORS))
-        .any(|name| is_known(&name.to_lowercase()))
-}
-
-fn is_known(name: &str) -> bool {
-    ["t", "force", "label", "validity"].contains(&name)
-        || Axis::ALL.iter().any(|axis| axis.name() == name)
+        .any(|name| is_ours(&name.to_lowercase()))
 }
 
 /// What a header's names are mistakenly separated by.
@@ -31,6 +27,8 @@ pub(super) struct Columns {
     pub(super) count: usize,
     /// The index of the column `t`.
     pub(super) t: Option<usize>,
+    /// The index of the nanoseconds of a stamp, of which `t` is the seconds.
+    pub(super) nanoseconds: Option<usize>,
     axes: [Option<usize>; 6],
     force: Option<usize>,
     label: Option<usize>,
@@ -51,6 +49,7 @@ impl Columns {
             columns.count = index + 1;
             let index_of = match name {
                 "t" => &mut columns.t,
+                NANOSECONDS => &mut columns.nanoseconds,
                 "force" => &mut columns.force,
                 "label" => &mut columns.label,
                 "validity" => &mut columns.validity,
@@ -86,6 +85,7 @@ impl Columns {
                 line: header.line,
                 columns: missing.join(", "),
                 slip: columns.slip(),
+                mapping: suggestion(header, &missing),
             })
         }
     }
@@ -102,7 +102,7 @@ impl Columns {
 
     /// What makes known names unknown, where that is so.
     fn slip(&self) -> Option<HeaderSlip> {
-        let known = |name: &str| is_known(&name.to_lowercase());
+        let known = |name: &str| is_ours(&name.to_lowercase());
         self.ignored.iter().find_map(|name| {
             let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
             match separator {
@@ -118,22 +118,33 @@ impl Columns {
 
     /// The sentence that names the ignored columns.
     pub(super) fn notice(&self, file: &str) -> Option<String> {
-        let names = self.ignored.join(", ");
+        let names = shortened(&self.ignored);
         (!self.ignored.is_empty()).then(|| format!("{file}: ignored columns: {names}"))
+    }
+
+    /// Whether a row has no value in any axis.
+    pub(super) fn has_no_axis(&self, row: &Row) -> bool {
+        let mut axes = self.axes.iter().flatten();
+        axes.all(|index| row.text(*index).is_empty())
     }
 
     /// A row's values; the time is filled in later.
     pub(super) fn sample(
         &self,
         row: &Row,
-        correction: &Correction,
+        blanks: Blanks,
+        hints: &Hints,
     ) -> Result<RecordedSample, InputError> {
         let mut axes = [0.0; 6];
         for ((value, index), axis) in axes.iter_mut().zip(self.axes).zip(Axis::ALL) {
             if let Some(index) = index {
-                *value = row.number(index, axis.name())?;
+                *value = match blanks {
+                    Blanks::Refused => row.number(index, axis.name())?,
+                    Blanks::NotANumber => row.optional(index, axis.name())?.unwrap_or(f64::NAN),
+                };
             }
         }
+        let axes = hints.table.units.to_si(axes);
         let optional = |index: Option<usize>, name| match index {
             Some(index) => row.optional(index, name),
             None => Ok(None),
@@ -148,7 +159,7 @@ impl Columns {
             None => Validity::Valid,
         };
         Ok(RecordedSample {
-            imu: imu_sample(Timestamp::default(), axes, validity, correction),
+            imu: imu_sample(Timestamp::default(), axes, validity, &hints.correction),
             load: force
                 .filter(|force| force.is_finite())
                 .map(|force| Load(force as f32)),

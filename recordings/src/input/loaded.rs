@@ -3,10 +3,11 @@
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 
 use super::correction::Correction;
+use super::options::TableOptions;
 use crate::recording::Recording;
 
 /// What is known about a file beyond its format.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hints {
     /// Sample rate in Hz, above 0, where it is given.
     pub sample_rate: Option<f32>,
@@ -14,6 +15,45 @@ pub struct Hints {
     pub gravity: Option<Gravity>,
     /// The sensor's static calibration.
     pub correction: Correction,
+    /// How a `csv` is to be understood.
+    pub table: TableOptions,
+}
+
+/// Rows of a `csv` that are not in the recording as they stand in the file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Repairs {
+    /// Rows left out because all six axes are blank in them.
+    pub blank_rows: usize,
+    /// Rows left out because their times do not advance.
+    pub dropped_rows: usize,
+    /// Rows that got another time.
+    pub retimed_rows: usize,
+}
+
+impl Repairs {
+    /// One sentence on each that there is.
+    pub(super) fn notices(self, file: &str) -> Vec<String> {
+        let Self {
+            blank_rows,
+            dropped_rows,
+            retimed_rows,
+        } = self;
+        [
+            (blank_rows, "left out, in which all six axes are blank"),
+            (dropped_rows, "left out, whose times do not advance"),
+            (
+                retimed_rows,
+                "moved by more than half a period, to where the sample rate has them",
+            ),
+        ]
+        .into_iter()
+        .filter(|(rows, _)| *rows > 0)
+        .map(|(rows, what)| {
+            let noun = if rows == 1 { "row" } else { "rows" };
+            format!("{file}: {rows} {noun} {what}")
+        })
+        .collect()
+    }
 }
 
 /// A file that has been read.
@@ -26,6 +66,8 @@ pub struct Loaded {
     pub start_us: i64,
     /// One sentence on each thing that was left out or reinterpreted, for people to read.
     pub notices: Vec<String>,
+    /// Rows that were left out or got another time.
+    pub repairs: Repairs,
 }
 
 /// The time of row `index` at a steady `sample_rate` in Hz.

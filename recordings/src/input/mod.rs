@@ -3,31 +3,42 @@
 //! | step | file |
 //! |---|---|
 //! | the formats by name, and how a file is opened | `format`, this one |
-//! | rows of cells with their line numbers | `table` |
+//! | gzip and zstd, what separates columns, rows of cells with their line numbers | `compressed`, `head`, `table` |
 //! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `clock`, `rate`, `time` |
+//! | tables of others: options, names, ROS 2 without a header, dates, times out of order | [`options`], [`mapping`]; `layout`, `names`, `ros2`, `iso8601`, `times` |
 //! | columns of a `csv` that are no part of a recording: the true orientation | `extra`, `truth` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`pce`] |
 //! | the sensor's static calibration | `correction` |
 //! | what comes out, and what can be wrong | `loaded`, [`error`] |
 //!
-//! All of them are tables of numbers separated by commas. Windows line ends,
-//! blank lines, spaces around cells and a UTF-8 byte order mark are fine. `nan`, `inf` and
+//! All of them are tables of numbers separated by commas, semicolons or tabs, plain or compressed
+//! with gzip or zstd. Windows line ends, blank lines, lines that begin with `#`, spaces around cells
+//! and a UTF-8 byte order mark are fine. `nan`, `inf` and
 //! numbers beyond f32 in an axis are accepted: the estimator flags such a sample as invalid and
 //! gives it mass 0.
 
 mod cells;
 mod clock;
+mod compressed;
 mod correction;
 pub mod csv;
 pub mod error;
 mod extra;
 mod format;
+mod head;
 mod header;
+mod iso8601;
+mod layout;
 mod loaded;
+pub mod mapping;
+mod names;
+pub mod options;
 pub mod pce;
 mod rate;
+mod ros2;
 mod table;
 pub mod time;
+mod times;
 mod truth;
 
 use std::fs::File;
@@ -37,7 +48,9 @@ use std::path::Path;
 pub use correction::Correction;
 pub use error::{Cell, HeaderSlip, InputError};
 pub use format::Format;
-pub use loaded::{Hints, Loaded};
+pub use loaded::{Hints, Loaded, Repairs};
+pub use mapping::Mapping;
+pub use options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Times, Units};
 
 use crate::space::Rotation;
 use pce::LabelScheme;
@@ -52,7 +65,7 @@ pub struct Opened {
 
 impl Opened {
     /// Opens a file. Where no format is given, a header that names any known column makes it
-    /// `csv`.
+    /// `csv`, and so does one of words only, or a message of ROS 2 for a first row.
     ///
     /// # Errors
     /// The file cannot be opened, or no format is given and its first line does not show it.
@@ -89,6 +102,12 @@ impl Opened {
     /// # Errors
     /// The first thing that is wrong with it, with file, line and column.
     pub fn read(self, hints: &Hints) -> Result<Loaded, InputError> {
+        if self.format != Format::Csv && hints.table != TableOptions::default() {
+            return Err(InputError::TableOptions {
+                file: self.table.file().to_owned(),
+                format: self.format,
+            });
+        }
         match self.format {
             Format::PceAtlas => pce::read_robot(self.table, LabelScheme::StableOrNot, hints),
             Format::Lcd => pce::read_robot(self.table, LabelScheme::ContactClass, hints),
@@ -143,7 +162,7 @@ fn guess_format(table: &mut Table) -> Result<Format, InputError> {
     let Some(first) = table.peek_row()? else {
         return Err(table.empty());
     };
-    if header::is_header(first) {
+    if header::is_header(first) || layout::is_table(table)? {
         Ok(Format::Csv)
     } else {
         Err(InputError::UnknownFormat {

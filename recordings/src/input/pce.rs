@@ -41,7 +41,7 @@ use estimator_core::{Axis, Load, Params, Saturation, Validity};
 use super::cells::label;
 use super::correction::Correction;
 use super::error::InputError;
-use super::loaded::{Hints, Loaded, imu_sample, steady_time};
+use super::loaded::{Hints, Loaded, Repairs, imu_sample, steady_time};
 use super::table::{Row, Table, unwrapped};
 use crate::recording::{Label, RecordedSample, Recording};
 
@@ -112,6 +112,7 @@ pub(super) fn read_robot(
         start_us: 0,
         recording,
         notices: Vec::new(),
+        repairs: Repairs::default(),
     })
 }
 
@@ -214,6 +215,7 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputE
     Ok(Loaded {
         start_us: 0,
         notices: vec![go1_notice(table.file(), samples.len(), forces.len())],
+        repairs: Repairs::default(),
         recording: Recording {
             name: table.recording_name().to_owned(),
             sample_rate,

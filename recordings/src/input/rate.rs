@@ -26,6 +26,7 @@ pub(super) fn sample_rate(
         (Some(measured), None) => Ok(measured as f32),
         (None, None) => Err(InputError::UnknownSampleRate {
             file: file.to_owned(),
+            time_column: None,
         }),
     }
 }
@@ -64,7 +65,7 @@ fn measured_rate(times: &[Timestamp]) -> Option<f64> {
 
 /// `rate`, or the multiple nearest to it of the largest power of ten that has one from `lowest`
 /// to `highest`.
-fn roundest(lowest: f64, rate: f64, highest: f64) -> f64 {
+pub(super) fn roundest(lowest: f64, rate: f64, highest: f64) -> f64 {
     [1.0e4, 1.0e3, 1.0e2, 1.0e1, 1.0]
         .into_iter()
         .map(|unit| (rate / unit).round() * unit)

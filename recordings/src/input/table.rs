@@ -1,12 +1,16 @@
 //! Rows of cells from a file, with the line numbers people see in an editor.
 
 use std::fs::File;
-use std::io::{Chain, Read};
+use std::io::{Chain, Cursor, Read};
 use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 
+use super::compressed::decompressed;
 use super::error::{Cell, InputError};
+use super::head::{COMMENT, Head};
+use super::iso8601::micros_since_1970;
+use super::layout;
 
 /// A file open for reading, row by row.
 pub(super) struct Table {
@@ -15,6 +19,8 @@ pub(super) struct Table {
     reader: csv::Reader<Chain<Box<dyn Read>, &'static [u8]>>,
     /// A row that was looked at and not taken yet.
     peeked: Option<Row>,
+    /// The comment above the first row.
+    comment: Option<Row>,
 }
 
 impl Table {
@@ -24,23 +30,44 @@ impl Table {
         wrap: impl FnOnce(File, u64) -> Box<dyn Read>,
     ) -> Result<Self, InputError> {
         let file = path.display().to_string();
-        match File::open(path).and_then(|open| Ok((open.metadata()?.len(), open))) {
-            Ok((bytes, open)) => Ok(Self {
-                file,
+        let opened = File::open(path).and_then(|open| {
+            let bytes = open.metadata()?.len();
+            let mut text = decompressed(wrap(open, bytes))?;
+            Ok((Head::of(&mut text)?, text))
+        });
+        match opened {
+            Ok((head, text)) => Ok(Self {
                 recording_name: recording_name(path),
                 peeked: None,
+                comment: head.comment.map(|(line, cells)| Row {
+                    file: file.clone(),
+                    line,
+                    cells,
+                }),
+                file,
                 reader: ReaderBuilder::new()
                     .has_headers(false)
+                    .delimiter(head.separator)
+                    .comment(Some(COMMENT))
                     // Counts are checked against what the format expects, not against line 1.
                     .flexible(true)
                     // A carriage return is taken for space around a cell, so that every row
                     // ends right after its line feed: see `line`.
                     .terminator(Terminator::Any(b'\n'))
                     .trim(Trim::All)
-                    .from_reader(wrap(open, bytes).chain(&b"\n"[..])),
+                    .from_reader(beginning_with(head.bytes, text).chain(&b"\n"[..])),
             }),
             Err(source) => Err(InputError::Unreadable { file, source }),
         }
+    }
+
+    /// The comment above the first row, where it names the columns of numbers below it.
+    pub(super) fn comment_header(&mut self) -> Option<Row> {
+        let comment = self.comment.clone()?;
+        let first = self.peek_row().ok().flatten()?;
+        let text = first.text(0);
+        let is_value = text.parse::<f64>().is_ok() || micros_since_1970(text).is_some();
+        (is_value && layout::is_header(&comment.cells)).then_some(comment)
     }
 
     /// The file, as it was named.
@@ -120,15 +147,31 @@ pub(super) fn unwrapped(file: File, _: u64) -> Box<dyn Read> {
     Box::new(file)
 }
 
-/// Where a recording comes from, as its title: the file's name without its extension.
+/// What was read already, and the rest.
+fn beginning_with(bytes: Vec<u8>, rest: Box<dyn Read>) -> Box<dyn Read> {
+    Box::new(Cursor::new(bytes).chain(rest))
+}
+
+/// Where a recording comes from, as its title: the file's name without its extension, nor the one
+/// of its compression.
 fn recording_name(path: &Path) -> String {
-    path.file_stem()
+    let compressed = path
+        .extension()
+        .is_some_and(|extension| ["gz", "zst"].iter().any(|known| extension == *known));
+    let whole = if compressed {
+        Path::new(path.file_stem().unwrap_or_default())
+    } else {
+        path
+    };
+    whole
+        .file_stem()
         .unwrap_or(path.as_os_str())
         .to_string_lossy()
         .into_owned()
 }
 
 /// One line.
+#[derive(Clone)]
 pub(super) struct Row {
     file: String,
     pub(super) line: u64,
@@ -139,6 +182,20 @@ impl Row {
     /// The cells, without space around them.
     pub(super) fn cells(&self) -> impl Iterator<Item = &str> {
         self.cells.iter()
+    }
+
+    /// How many cells it has.
+    pub(super) fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// A row at the same place with other cells.
+    pub(super) fn with_cells(&self, cells: StringRecord) -> Self {
+        Self {
+            file: self.file.clone(),
+            line: self.line,
+            cells,
+        }
     }
 
     /// Makes sure that the row has `expected` cells.

@@ -69,6 +69,7 @@ impl ExtraColumns for Orientations {
                 line: header.line,
                 columns: missing.join(", "),
                 slip: None,
+                mapping: None,
             })
         }
     }
@@ -92,6 +93,11 @@ impl ExtraColumns for Orientations {
         let orientation = self.orientation(row)?;
         self.rows.push(orientation.filter(|_| counts));
         Ok(())
+    }
+
+    fn retain(&mut self, kept: &[bool]) {
+        let mut of_row = kept.iter();
+        self.rows.retain(|_| of_row.next().is_none_or(|kept| *kept));
     }
 }
 

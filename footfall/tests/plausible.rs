@@ -1,0 +1,156 @@
+//! What is not plausible about a recording is said, one line for each, and with `--strict` it fails.
+
+mod common;
+
+use std::fs;
+
+use common::{AXES, Bench, standing, text};
+
+/// A foot at rest whose rows are what `row` makes of the time in s.
+fn resting(seconds: f64, row: impl Fn(f64) -> String) -> Bench {
+    let rows: String = (0..1000)
+        .map(|k| row(f64::from(k) * seconds) + "\n")
+        .collect();
+    Bench::with("x.csv", format!("t,{AXES}\n{rows}"))
+}
+
+/// What is said about a recording on stderr and in the JSON.
+fn said(bench: &Bench, options: &str) -> (String, Vec<String>) {
+    let output = bench.run(&format!("replay x.csv --json {options}"));
+    assert!(output.status.success(), "{output:?}");
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let findings = summary["input"]["findings"].as_array().expect("a list");
+    let name = |finding: &serde_json::Value| finding["name"].as_str().expect("a name").to_owned();
+    (text(&output.stderr), findings.iter().map(name).collect())
+}
+
+#[test]
+fn a_plausible_recording_passes_without_a_word() {
+    let bench = Bench::with("x.csv", standing());
+    assert_eq!(said(&bench, "--strict"), (String::new(), vec![]));
+}
+
+#[test]
+fn each_finding_is_a_line_and_a_name() {
+    let at = |force: &'static str| move |t: f64| format!("{t:.4},{force},0,0,0");
+    for (bench, options, name, line) in [
+        (
+            resting(0.001, at("0,0,1")),
+            "",
+            "acceleration_in_g",
+            "the acceleration is 1.00 m/s² at rest, which looks like g: --units g",
+        ),
+        (
+            resting(0.001, at("0,0,9.81")),
+            "--units g",
+            "acceleration_not_in_g",
+            "the acceleration is 96 m/s² at rest, so it was in m/s² already: --units m/s2",
+        ),
+        (
+            resting(0.001, |t| {
+                format!("{t:.4},0,0,9.81,{},0,0", 300.0 * (30.0 * t).sin())
+            }),
+            "",
+            "rate_in_degrees",
+            "the angular rate exceeds 300 rad/s in every hundredth sample, which looks like °/s: \
+             --units dps",
+        ),
+        (
+            resting(0.001, at("0,0,9.81")),
+            "--gravity removed",
+            "gravity_included",
+            "gravity is declared removed, but the acceleration is 9.81 m/s² at rest: --gravity \
+             included",
+        ),
+        (
+            resting(0.001, at("0,0,0.01")),
+            "",
+            "gravity_removed",
+            "gravity is declared included, but the acceleration is 0.01 m/s² at rest: --gravity \
+             removed",
+        ),
+        (
+            resting(0.001, at("-9.81,0,0")),
+            "",
+            "gravity_not_along_z",
+            "-x is up at rest, not z: p_tangential and p_vertical take z for up, so map the axes \
+             (--map)",
+        ),
+        (
+            resting(0.001, |t| {
+                let jump = if t > 0.5 { 7.0 } else { 0.0 };
+                format!("{:.4},0,0,9.81,0,0,0", t + jump)
+            }),
+            "",
+            "clock_jumps",
+            "the clock jumps once, by up to 7.0 s: samples are missing, or --times rate",
+        ),
+        (
+            resting(0.02, at("0,0,9.81")),
+            "",
+            "low_rate",
+            "50 Hz is too low for the windows of the estimate, which was chosen with 100 Hz and \
+             more",
+        ),
+    ] {
+        let line = format!("footfall: x.csv: {line}\n");
+        assert_eq!(said(&bench, options), (line.clone(), vec![name.to_owned()]));
+        assert_eq!(
+            bench.error(&format!("replay x.csv --strict --output o.csv {options}")),
+            format!("{line}footfall: x.csv: --strict does not let 1 of the above pass\n")
+        );
+        assert_eq!(bench.files(), ["x.csv"]);
+    }
+}
+
+#[test]
+fn rows_in_batches_are_a_finding_that_spacing_by_the_rate_answers() {
+    // Two rows every 2 ms, 0.1 ms apart.
+    let bench = resting(0.001, |t| {
+        let row = (t * 1e3).round() as i64;
+        let micros = row / 2 * 2_000 + row % 2 * 100;
+        format!("{:.6},0,0,9.81,0,0,0", micros as f64 / 1e6)
+    });
+    let (stderr, names) = said(&bench, "");
+    assert_eq!(names, ["batches"]);
+    assert_eq!(
+        stderr,
+        "footfall: x.csv: 50 % of the rows come right after another, as if they arrive in batches: \
+         --times rate\n"
+    );
+    let (stderr, names) = said(&bench, "--times rate");
+    assert!(stderr.contains("500 rows moved"), "{stderr}");
+    assert_eq!(names, [""; 0]);
+}
+
+#[test]
+fn calibrate_says_the_same() {
+    let bench = resting(0.001, |t| format!("{t:.4},0,0,1,0,0,0"));
+    let stderr = bench.error("calibrate x.csv --strict");
+    assert!(stderr.contains("which looks like g: --units g"), "{stderr}");
+}
+
+#[test]
+fn the_json_of_calibrate_has_the_findings_of_each_file() {
+    // Too slow a rate, on each side of the sensor: gravity need not be along z here.
+    let bench = Bench::new();
+    let mut files = Vec::new();
+    for (k, side) in ["g,0,0", "-g,0,0", "0,g,0", "0,-g,0", "0,0,g", "0,0,-g"]
+        .iter()
+        .enumerate()
+    {
+        let force = side.replace('g', "9.81");
+        let row = |row: u32| format!("{:.2},{force},0,0,0\n", f64::from(row) * 0.02);
+        let rows: String = (0..500).map(row).collect();
+        let name = format!("side{k}.csv");
+        fs::write(bench.path(&name), format!("t,{AXES}\n{rows}")).expect("a file");
+        files.push(name);
+    }
+    let json = bench.stdout(&format!("calibrate --rests --json {}", files.join(" ")));
+    let report: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    for file in files {
+        let findings = &report["inputs"][&file]["findings"];
+        assert_eq!(findings[0]["name"], "low_rate", "{json}");
+        assert!(findings[1].is_null(), "{json}");
+    }
+}

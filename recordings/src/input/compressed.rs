@@ -1,0 +1,123 @@
+//! Files that were compressed with gzip or zstd, known by their first bytes.
+
+use std::io::{self, BufReader, Cursor, Read};
+
+use flate2::read::MultiGzDecoder;
+use ruzstd::decoding::StreamingDecoder;
+
+/// The first bytes of a gzip member (RFC 1952, section 2.3.1).
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// The first bytes of a zstd frame (RFC 8878, section 3.1.1).
+const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// What a file holds: itself, or what was compressed.
+///
+/// # Errors
+/// The file cannot be read, or a zstd frame begins badly.
+pub(super) fn decompressed(mut file: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
+    let mut first = Vec::new();
+    file.by_ref()
+        .take(ZSTD.len() as u64)
+        .read_to_end(&mut first)?;
+    let is_gzip = first.starts_with(&GZIP);
+    let is_zstd = first == ZSTD;
+    let whole = Cursor::new(first).chain(file);
+    Ok(if is_gzip {
+        Box::new(MultiGzDecoder::new(BufReader::new(whole)))
+    } else if is_zstd {
+        Box::new(Frames {
+            decoder: Some(decoder(Box::new(BufReader::new(whole)))?),
+        })
+    } else {
+        Box::new(whole)
+    })
+}
+
+type FrameReader = StreamingDecoder<Box<dyn Read>, ruzstd::decoding::FrameDecoder>;
+
+fn decoder(source: Box<dyn Read>) -> io::Result<FrameReader> {
+    StreamingDecoder::new(source).map_err(io::Error::other)
+}
+
+/// The frames of a zstd file one after the other: a file that was appended to has several.
+struct Frames {
+    /// `None` after the last frame.
+    decoder: Option<FrameReader>,
+}
+
+impl Read for Frames {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        if to.is_empty() {
+            return Ok(0);
+        }
+        while let Some(frame) = &mut self.decoder {
+            let count = frame.read(to)?;
+            if count > 0 {
+                return Ok(count);
+            }
+            let Some(finished) = self.decoder.take() else {
+                break;
+            };
+            let mut source = finished.into_inner();
+            let mut next = Vec::new();
+            source.by_ref().take(1).read_to_end(&mut next)?;
+            if !next.is_empty() {
+                self.decoder = Some(decoder(Box::new(Cursor::new(next).chain(source)))?);
+            }
+        }
+        Ok(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::{Compression, write::GzEncoder};
+    use std::io::Write;
+
+    /// `t,ax\n` by zstd 1.5.
+    const T_AX: &[u8] = &[
+        0x28, 0xb5, 0x2f, 0xfd, 0x04, 0x58, 0x29, 0x00, 0x00, 0x74, 0x2c, 0x61, 0x78, 0x0a, 0x9d,
+        0x64, 0xb4, 0x32,
+    ];
+
+    fn read(bytes: &[u8]) -> io::Result<String> {
+        let mut text = String::new();
+        decompressed(Box::new(Cursor::new(bytes.to_vec())))?.read_to_string(&mut text)?;
+        Ok(text)
+    }
+
+    fn gzip(text: &str) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        encoder.write_all(text.as_bytes()).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    #[test]
+    fn plain_text_stays_as_it_is_however_short() {
+        for text in ["", "t", "t,ax,ay\n"] {
+            assert_eq!(read(text.as_bytes()).unwrap(), text);
+        }
+    }
+
+    #[test]
+    fn gzip_is_read_and_so_are_files_put_one_after_the_other() {
+        assert_eq!(read(&gzip("t,ax\n")).unwrap(), "t,ax\n");
+        let two = [gzip("t,ax\n"), gzip("0,1\n")].concat();
+        assert_eq!(read(&two).unwrap(), "t,ax\n0,1\n");
+    }
+
+    #[test]
+    fn zstd_is_read_and_so_are_files_put_one_after_the_other() {
+        assert_eq!(read(T_AX).unwrap(), "t,ax\n");
+        assert_eq!(read(&[T_AX, T_AX].concat()).unwrap(), "t,ax\nt,ax\n");
+    }
+
+    #[test]
+    fn a_compressed_file_that_ends_early_is_an_error() {
+        let gzip = gzip("t,ax\n");
+        assert!(read(&gzip[..gzip.len() - 4]).is_err());
+        assert!(read(&T_AX[..T_AX.len() - 6]).is_err());
+    }
+}

@@ -1,0 +1,288 @@
+//! The header of a `csv`, with our names for the columns that are ours.
+
+use csv::StringRecord;
+
+use super::error::InputError;
+use super::iso8601::micros_since_1970;
+use super::mapping::{Mapping, is_axis, is_ours};
+use super::names::{Found, FoundTime, Triple, find, find_time, guess, position};
+use super::options::{TableOptions, TimeUnit};
+use super::ros2;
+use super::table::{Row, Table};
+
+/// The name of the nanoseconds of a stamp, of which `t` has the seconds.
+pub(super) const NANOSECONDS: &str = "t.nanosec";
+
+/// A table with this many words in its first row has a header, whatever they mean.
+const LEAST_WORDS: usize = 6;
+
+/// What blank cells of an axis are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Blanks {
+    /// An error: a table of ours has none.
+    Refused,
+    /// Not a number; a row that has nothing else is another signal's, and left out.
+    NotANumber,
+}
+
+/// A header that has been understood as far as it can be.
+pub(super) struct Layout {
+    /// With our names.
+    pub(super) header: Row,
+    pub(super) blanks: Blanks,
+    /// The unit of the time, where the name of its column tells.
+    pub(super) time_unit: Option<TimeUnit>,
+    /// Which columns were taken for ours without being named so.
+    pub(super) notice: Option<String>,
+    /// Whether columns that mean nothing here are worth naming.
+    pub(super) names_ignored: bool,
+}
+
+/// Whether a table has a header, or needs none: names of ours or of others, or cells that are
+/// known to be a message.
+pub(super) fn is_table(table: &mut Table) -> Result<bool, InputError> {
+    if table.comment_header().is_some() {
+        return Ok(true);
+    }
+    let Some(first) = table.peek_row()? else {
+        return Ok(false);
+    };
+    let is_word = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
+    let words = first.cells().filter(|cell| is_word(cell)).count();
+    Ok(ros2::header(first).is_some() || (words >= LEAST_WORDS && words + 1 >= first.len()))
+}
+
+/// Whether the cells of a comment are a header.
+pub(super) fn is_header(cells: &StringRecord) -> bool {
+    let names: Vec<String> = cells.iter().map(str::to_owned).collect();
+    let ours = |triple: Triple| {
+        triple
+            .ours()
+            .iter()
+            .all(|axis| names.iter().any(|n| n == axis))
+    };
+    let known = |triple| ours(triple) || find(triple, &names) != Found::Nowhere;
+    known(Triple::Acceleration) && known(Triple::Rate)
+}
+
+impl Layout {
+    /// Reads the header of a table; `None` where it has no row at all.
+    pub(super) fn of(
+        table: &mut Table,
+        options: &TableOptions,
+    ) -> Result<Option<Self>, InputError> {
+        let comment = table.comment_header();
+        let message = match table.peek_row()? {
+            Some(first) => ros2::header(first).map(|names| first.with_cells(names)),
+            None => None,
+        };
+        let is_message = message.is_some();
+        let header = match message.or(comment) {
+            Some(header) => header,
+            None => match table.next_row()? {
+                Some(header) => header,
+                None => return Ok(None),
+            },
+        };
+        let file = table.file().to_owned();
+        let mut naming = Naming {
+            names: header.cells().map(str::to_owned).collect(),
+            taken: Vec::new(),
+            line: header.line,
+            file,
+            time_unit: None,
+        };
+        naming.map(&options.mapping)?;
+        naming.recognise()?;
+        let has_index = header.cells().next() == Some("");
+        if has_index && !naming.has("t") && index_is_time(table)? {
+            naming.take("t", 0);
+        }
+        let foreign = !naming.taken.is_empty();
+        let notice = (!naming.taken.is_empty() && options.mapping.is_empty())
+            .then(|| naming.notice(&header));
+        Ok(Some(Self {
+            header: header.with_cells(naming.names.iter().collect()),
+            blanks: if foreign || has_index {
+                Blanks::NotANumber
+            } else {
+                Blanks::Refused
+            },
+            time_unit: naming.time_unit,
+            notice,
+            names_ignored: !is_message,
+        }))
+    }
+}
+
+/// Whether the first column holds dates with times, by its next row.
+fn index_is_time(table: &mut Table) -> Result<bool, InputError> {
+    let next = table.peek_row()?;
+    Ok(next.is_some_and(|row| micros_since_1970(row.text(0)).is_some()))
+}
+
+/// The names of a header's columns while they become ours.
+struct Naming {
+    names: Vec<String>,
+    /// Our names for columns that had others, with the index.
+    taken: Vec<(&'static str, usize)>,
+    line: u64,
+    file: String,
+    time_unit: Option<TimeUnit>,
+}
+
+impl Naming {
+    fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|given| given == name)
+    }
+
+    /// Gives a column our name; another of that name loses it.
+    fn take(&mut self, ours: &'static str, index: usize) {
+        for name in &mut self.names {
+            if name == ours {
+                *name = format!("{ours} (not used)");
+            }
+        }
+        ours.clone_into(&mut self.names[index]);
+        self.taken.push((ours, index));
+    }
+
+    /// Applies a mapping that was given.
+    fn map(&mut self, mapping: &Mapping) -> Result<(), InputError> {
+        let given = self.names.clone();
+        for (ours, theirs) in mapping.pairs() {
+            let Some(ours) = own_name(ours) else {
+                continue;
+            };
+            match position(theirs, &given)[..] {
+                [index] => self.take(ours, index),
+                [] => {
+                    return Err(InputError::NoSuchColumn {
+                        file: self.file.clone(),
+                        line: self.line,
+                        name: theirs.to_owned(),
+                        columns: shortened(&given),
+                    });
+                }
+                [one, other, ..] => {
+                    return Err(InputError::AmbiguousColumn {
+                        file: self.file.clone(),
+                        line: self.line,
+                        name: theirs.to_owned(),
+                        candidates: [given[one].clone(), given[other].clone()],
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes columns with names of others for ours, where ours are missing.
+    fn recognise(&mut self) -> Result<(), InputError> {
+        let given = self.names.clone();
+        for triple in [Triple::Acceleration, Triple::Rate] {
+            let ours = triple.ours();
+            if ours.iter().any(|axis| self.has(axis)) {
+                continue;
+            }
+            match find(triple, &given) {
+                Found::At(indices) => {
+                    for (axis, index) in ours.into_iter().zip(indices) {
+                        self.take(axis, index);
+                    }
+                }
+                Found::Several(first, second) => {
+                    return Err(InputError::SeveralSensors {
+                        file: self.file.clone(),
+                        line: self.line,
+                        candidates: [given[first[0]].clone(), given[second[0]].clone()],
+                        mapping: pairs(&ours, &first, &given),
+                    });
+                }
+                Found::Nowhere => {}
+            }
+        }
+        // A table of ours with a column `time` has none: it may be any time.
+        let foreign = self.taken.iter().any(|(ours, _)| is_axis(ours));
+        let complete = [Triple::Acceleration, Triple::Rate]
+            .iter()
+            .all(|triple| triple.ours().iter().all(|axis| self.has(axis)));
+        if foreign && complete && !self.has("t") {
+            match find_time(&self.names) {
+                Some(FoundTime::Column(index, unit)) => {
+                    self.take("t", index);
+                    self.time_unit = unit;
+                }
+                Some(FoundTime::Stamp(seconds, nanoseconds)) => {
+                    self.take("t", seconds);
+                    NANOSECONDS.clone_into(&mut self.names[nanoseconds]);
+                    self.time_unit = Some(TimeUnit::Seconds);
+                }
+                None => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// The sentence that says which columns were taken.
+    fn notice(&self, header: &Row) -> String {
+        let taken: Vec<_> = self
+            .taken
+            .iter()
+            .map(|(ours, index)| match header.text(*index) {
+                "" => format!("{ours} is column {}", index + 1),
+                theirs => format!("{ours} is {theirs}"),
+            })
+            .collect();
+        format!("{}: {}", self.file, taken.join(", "))
+    }
+}
+
+/// A mapping of our names to columns, as the option is written.
+fn pairs(ours: &[&str], indices: &[usize], names: &[String]) -> Mapping {
+    let pair = |(ours, index): (&&str, &usize)| ((*ours).to_owned(), names[*index].clone());
+    Mapping::from_pairs(ours.iter().zip(indices).map(pair).collect())
+}
+
+/// The mapping by which a header would be understood, as far as its names tell.
+pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Mapping> {
+    let names: Vec<String> = header.cells().map(str::to_owned).collect();
+    let mut wanted: Vec<&'static str> = missing.to_vec();
+    if !names.iter().any(|name| name == "t") {
+        wanted.insert(0, "t");
+    }
+    let mut found: Vec<(String, String)> = Vec::new();
+    for ours in wanted {
+        if let Some(index) = guess(ours, &names)
+            && !is_ours(&names[index])
+            && !found.iter().any(|(_, theirs)| *theirs == names[index])
+        {
+            found.push((ours.to_owned(), names[index].clone()));
+        }
+    }
+    (!found.is_empty()).then(|| Mapping::from_pairs(found))
+}
+
+/// Our name as one that lives as long as the program.
+fn own_name(name: &str) -> Option<&'static str> {
+    let axes = Triple::Acceleration
+        .ours()
+        .into_iter()
+        .chain(Triple::Rate.ours());
+    axes.chain(["t", "force", "label", "validity"])
+        .find(|ours| *ours == name)
+}
+
+/// Names, the first of them where there are many.
+pub(super) fn shortened(names: &[String]) -> String {
+    const SHOWN: usize = 20;
+    let first: Vec<&str> = names
+        .iter()
+        .take(SHOWN)
+        .map(|name| if name.is_empty() { "(no name)" } else { name })
+        .collect();
+    match names.len().checked_sub(SHOWN) {
+        Some(more @ 1..) => format!("{} and {more} more", first.join(", ")),
+        _ => first.join(", "),
+    }
+}

@@ -1,0 +1,288 @@
+//! The names that others give to the columns of an IMU, and the ones that are found in a header.
+//!
+//! | whose | accelerations | angular rates | time |
+//! |---|---|---|---|
+//! | `sensor_msgs/Imu` in `PlotJuggler`'s CSV | `/imu/linear_acceleration/x` | `/imu/angular_velocity/x` | `__time` |
+//! | the same by `rostopic echo -p` (ROS 1) | `field.linear_acceleration.x` | `field.angular_velocity.x` | `%time`, ns |
+//! | `LowState` of `unitree_go` (Go2) | `imu_state.accelerometer[0]` | `imu_state.gyroscope[0]` | that of the logger |
+//! | `LowState` of `unitree_legged_msgs` (A1, Go1) | `imu.accelerometer[0]` | `imu.gyroscope[0]` | that of the logger |
+//! | loggers of people with a Unitree robot | `imu_acc_x`, `accel_x` | `imu_gyro_x`, `gyro_x` | `time`, `timestamp` |
+//!
+//! Sources: `sensor_msgs/msg/Imu.msg` of ROS; `PlotJuggler`'s CSV publisher; `IMUState.msg` of
+//! <https://github.com/unitreerobotics/unitree_ros2> and `IMU.msg` of
+//! <https://github.com/unitreerobotics/unitree_ros_to_real>. All of them are in m/s² and rad/s.
+
+use super::options::TimeUnit;
+
+/// The names of accelerations without the axis, best first.
+const ACCELERATION: [&str; 6] = [
+    "linear.acceleration",
+    "linearacceleration",
+    "accelerometer",
+    "accel",
+    "acc",
+    "acceleration",
+];
+
+/// The names of angular rates without the axis, best first.
+const RATE: [&str; 7] = [
+    "angular.velocity",
+    "angularvelocity",
+    "gyroscope",
+    "gyro",
+    "gyr",
+    "ang.vel",
+    "omega",
+];
+
+/// The names of times, best first, with their unit where it is part of the name.
+const TIME: [(&str, Option<TimeUnit>); 18] = [
+    ("__time", Some(TimeUnit::Seconds)),
+    ("%time", Some(TimeUnit::Nanoseconds)),
+    ("timestamp", None),
+    ("time", None),
+    ("t", None),
+    ("time_s", Some(TimeUnit::Seconds)),
+    ("timestamp_s", Some(TimeUnit::Seconds)),
+    ("t_s", Some(TimeUnit::Seconds)),
+    ("time_ms", Some(TimeUnit::Milliseconds)),
+    ("timestamp_ms", Some(TimeUnit::Milliseconds)),
+    ("t_ms", Some(TimeUnit::Milliseconds)),
+    ("time_us", Some(TimeUnit::Microseconds)),
+    ("timestamp_us", Some(TimeUnit::Microseconds)),
+    ("t_us", Some(TimeUnit::Microseconds)),
+    ("time_ns", Some(TimeUnit::Nanoseconds)),
+    ("timestamp_ns", Some(TimeUnit::Nanoseconds)),
+    ("t_ns", Some(TimeUnit::Nanoseconds)),
+    ("stamp", None),
+];
+
+/// The two parts of a `builtin_interfaces/Time`.
+const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
+
+/// Three axes of one sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Triple {
+    Acceleration,
+    Rate,
+}
+
+impl Triple {
+    /// Our names of them.
+    pub(super) const fn ours(self) -> [&'static str; 3] {
+        match self {
+            Self::Acceleration => ["ax", "ay", "az"],
+            Self::Rate => ["wx", "wy", "wz"],
+        }
+    }
+
+    const fn theirs(self) -> &'static [&'static str] {
+        match self {
+            Self::Acceleration => &ACCELERATION,
+            Self::Rate => &RATE,
+        }
+    }
+}
+
+/// Where the three axes of a sensor stand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Found {
+    Nowhere,
+    /// At these indices.
+    At([usize; 3]),
+    /// At the first of several such triples, of which this is the second.
+    Several([usize; 3], [usize; 3]),
+}
+
+/// The three axes of a sensor in a header.
+pub(super) fn find(triple: Triple, names: &[String]) -> Found {
+    let normal: Vec<String> = names.iter().map(|name| normal(name)).collect();
+    for sensor in triple.theirs() {
+        let mut triples = triples(sensor, &normal);
+        match (triples.next(), triples.next()) {
+            (Some(first), None) => return Found::At(first),
+            (Some(first), Some(second)) => return Found::Several(first, second),
+            (None, _) => {}
+        }
+    }
+    Found::Nowhere
+}
+
+/// Where the three axes of a sensor of this name stand, once for each sensor.
+fn triples<'a>(sensor: &'a str, names: &'a [String]) -> impl Iterator<Item = [usize; 3]> + 'a {
+    let endings = [["x", "y", "z"], ["0", "1", "2"]];
+    names.iter().enumerate().filter_map(move |(x, name)| {
+        endings.into_iter().find_map(|[first, second, third]| {
+            let stem = name.strip_suffix(first)?;
+            let bare = stem.strip_suffix('.').unwrap_or(stem);
+            let before = bare.strip_suffix(sensor)?;
+            if !(before.is_empty() || before.ends_with('.')) {
+                return None;
+            }
+            let at = |axis: &str| {
+                let wanted = format!("{stem}{axis}");
+                names.iter().position(|name| *name == wanted)
+            };
+            Some([x, at(second)?, at(third)?])
+        })
+    })
+}
+
+/// Where a header has the time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FoundTime {
+    /// In one column, in a unit that the name may tell.
+    Column(usize, Option<TimeUnit>),
+    /// Seconds in one column and nanoseconds in another.
+    Stamp(usize, usize),
+}
+
+/// The time in a header.
+pub(super) fn find_time(names: &[String]) -> Option<FoundTime> {
+    let index_of = |wanted: &dyn Fn(&str) -> bool| {
+        let mut at = (0..names.len()).filter(|index| wanted(&names[*index]));
+        at.next().filter(|_| at.next().is_none())
+    };
+    for (name, unit) in TIME {
+        if let Some(index) = index_of(&|given| given.eq_ignore_ascii_case(name)) {
+            return Some(FoundTime::Column(index, unit));
+        }
+    }
+    let [seconds, nanoseconds] = STAMP.map(|part| index_of(&|given| ends_with(given, part)));
+    if let (Some(seconds), Some(nanoseconds)) = (seconds, nanoseconds) {
+        return Some(FoundTime::Stamp(seconds, nanoseconds));
+    }
+    let stamp = index_of(&|given| ends_with(given, "header.stamp"))?;
+    Some(FoundTime::Column(stamp, None))
+}
+
+/// Where a name stands that is one of these words, or ends in it after a separator.
+pub(super) fn position(wanted: &str, names: &[String]) -> Vec<usize> {
+    let exact = names.iter().position(|name| name == wanted);
+    if let Some(index) = exact {
+        return vec![index];
+    }
+    let ending = normal(wanted);
+    (0..names.len())
+        .filter(|index| !ending.is_empty() && ends_with(&names[*index], &ending))
+        .collect()
+}
+
+fn ends_with(name: &str, ending: &str) -> bool {
+    let name = normal(name);
+    name.strip_suffix(ending)
+        .is_some_and(|before| before.is_empty() || before.ends_with('.'))
+}
+
+/// A name in lower case, its parts separated by dots: `/imu/acc[0]` becomes `imu.acc.0`.
+fn normal(name: &str) -> String {
+    let lower = name.to_lowercase();
+    let parts = lower.split(|letter: char| !(letter.is_alphanumeric() || letter == '%'));
+    parts
+        .filter(|part| !part.is_empty())
+        .collect::<Vec<_>>()
+        .join(".")
+}
+
+/// A column that may be meant by one of our names, by what its name contains.
+pub(super) fn guess(ours: &str, names: &[String]) -> Option<usize> {
+    let words: &[&str] = match ours {
+        "t" => &["time", "stamp", "sec"],
+        "ax" | "ay" | "az" => &["acc", "force_", "lin"],
+        _ => &["gyr", "ang", "rate", "omega", "vel", "rot"],
+    };
+    let axis = ours.chars().nth(1);
+    names.iter().position(|name| {
+        let lower = name.to_lowercase();
+        let has_word = words.iter().any(|word| lower.contains(word));
+        let has_axis = axis.is_none_or(|axis| {
+            let number = match axis {
+                'x' => '0',
+                'y' => '1',
+                _ => '2',
+            };
+            let without_unit = lower.split(['(', '<']).next().unwrap_or_default();
+            let last = without_unit
+                .trim_end_matches([']', ')', ' '])
+                .chars()
+                .last();
+            last == Some(axis) || last == Some(number)
+        });
+        has_word && has_axis
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(text: &str) -> Vec<String> {
+        text.split(',').map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn the_axes_of_a_sensor_are_found_under_the_names_of_others() {
+        for header in [
+            "q,/imu/linear_acceleration/x,/imu/linear_acceleration/y,/imu/linear_acceleration/z",
+            "q,imu_state.accelerometer[0],imu_state.accelerometer[1],imu_state.accelerometer[2]",
+            "q,imu.accelerometer[0],imu.accelerometer[1],imu.accelerometer[2]",
+            "q,field.imu.accelerometer0,field.imu.accelerometer1,field.imu.accelerometer2",
+            "q,imu_acc_x,imu_acc_y,imu_acc_z",
+            "q,AccX,AccY,AccZ",
+        ] {
+            let found = find(Triple::Acceleration, &names(header));
+            assert_eq!(found, Found::At([1, 2, 3]), "{header}");
+            assert_eq!(find(Triple::Rate, &names(header)), Found::Nowhere);
+        }
+        assert_eq!(
+            find(Triple::Rate, &names("gyro_z,gyro_y,gyro_x")),
+            Found::At([2, 1, 0])
+        );
+    }
+
+    #[test]
+    fn words_within_words_and_axes_alone_are_no_sensor() {
+        for header in ["vacc_x,vaccel_y,vacc_z", "acc_x,acc_y", "x,y,z"] {
+            let found = find(Triple::Acceleration, &names(header));
+            assert_eq!(found, Found::Nowhere, "{header}");
+        }
+    }
+
+    #[test]
+    fn two_sensors_of_one_kind_are_both_found() {
+        let header = names("/l/acc/x,/l/acc/y,/l/acc/z,/r/acc/x,/r/acc/y,/r/acc/z");
+        assert_eq!(
+            find(Triple::Acceleration, &header),
+            Found::Several([0, 1, 2], [3, 4, 5])
+        );
+    }
+
+    #[test]
+    fn times_are_found_with_the_unit_of_their_names() {
+        for (header, time) in [
+            ("a,__time", FoundTime::Column(1, Some(TimeUnit::Seconds))),
+            (
+                "%time,time",
+                FoundTime::Column(0, Some(TimeUnit::Nanoseconds)),
+            ),
+            ("Timestamp,b", FoundTime::Column(0, None)),
+            ("t_us,b", FoundTime::Column(0, Some(TimeUnit::Microseconds))),
+            (
+                "header.stamp.sec,header.stamp.nanosec",
+                FoundTime::Stamp(0, 1),
+            ),
+        ] {
+            assert_eq!(find_time(&names(header)), Some(time), "{header}");
+        }
+        assert_eq!(find_time(&names("mood,uptime")), None);
+    }
+
+    #[test]
+    fn what_is_not_known_is_guessed() {
+        let header = names("Time [s],Body Acc X (g),GyrRaw_x,mood");
+        assert_eq!(guess("t", &header), Some(0));
+        assert_eq!(guess("ax", &header), Some(1));
+        assert_eq!(guess("wx", &header), Some(2));
+        assert_eq!(guess("wz", &header), None);
+    }
+}

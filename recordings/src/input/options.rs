@@ -1,0 +1,228 @@
+//! How a `csv` of somebody else's is to be understood: names, units, times.
+
+use std::str::FromStr;
+
+use estimator_core::params::STANDARD_GRAVITY;
+
+use super::mapping::Mapping;
+
+/// What is known about a `csv` beyond its header. The default is a table of ours.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TableOptions {
+    /// Which columns stand for ours.
+    pub mapping: Mapping,
+    /// The units of the six axes.
+    pub units: Units,
+    /// The unit of the times, where it is given.
+    pub time_unit: Option<TimeUnit>,
+    /// What happens to times that are not in order.
+    pub times: Times,
+}
+
+/// The units of a table's axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Units {
+    /// Of `ax`, `ay` and `az`.
+    pub acceleration: AccelerationUnit,
+    /// Of `wx`, `wy` and `wz`.
+    pub rate: RateUnit,
+}
+
+/// A unit of acceleration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AccelerationUnit {
+    /// m/s².
+    #[default]
+    MetresPerSecondSquared,
+    /// g, 9.80665 m/s².
+    StandardGravity,
+}
+
+/// A unit of angular rate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RateUnit {
+    /// rad/s.
+    #[default]
+    RadiansPerSecond,
+    /// °/s.
+    DegreesPerSecond,
+}
+
+impl Units {
+    /// Six readings in SI units, accelerations first; the same bits where they are so already.
+    #[must_use]
+    pub fn to_si(self, readings: [f64; 6]) -> [f64; 6] {
+        let [ax, ay, az, wx, wy, wz] = readings;
+        let [ax, ay, az] = match self.acceleration {
+            AccelerationUnit::MetresPerSecondSquared => [ax, ay, az],
+            AccelerationUnit::StandardGravity => {
+                [ax, ay, az].map(|value| value * f64::from(STANDARD_GRAVITY))
+            }
+        };
+        let [wx, wy, wz] = match self.rate {
+            RateUnit::RadiansPerSecond => [wx, wy, wz],
+            RateUnit::DegreesPerSecond => [wx, wy, wz].map(f64::to_radians),
+        };
+        [ax, ay, az, wx, wy, wz]
+    }
+}
+
+impl FromStr for Units {
+    type Err = String;
+
+    /// Reads one unit or two, separated by a comma, in any order: `m/s2` or `g`, `rad/s` or `dps`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (mut acceleration, mut rate) = (None, None);
+        for unit in text.split(',') {
+            let twice = match unit.trim() {
+                "m/s2" => acceleration
+                    .replace(AccelerationUnit::MetresPerSecondSquared)
+                    .is_some(),
+                "g" => acceleration
+                    .replace(AccelerationUnit::StandardGravity)
+                    .is_some(),
+                "rad/s" => rate.replace(RateUnit::RadiansPerSecond).is_some(),
+                "dps" => rate.replace(RateUnit::DegreesPerSecond).is_some(),
+                other => {
+                    return Err(format!(
+                        "{other:?} is no unit: write m/s2 or g, and rad/s or dps, such as g,dps"
+                    ));
+                }
+            };
+            if twice {
+                return Err(format!(
+                    "{text:?} has two units for one sensor: write m/s2 or g, and rad/s or dps"
+                ));
+            }
+        }
+        Ok(Self {
+            acceleration: acceleration.unwrap_or_default(),
+            rate: rate.unwrap_or_default(),
+        })
+    }
+}
+
+/// The unit of a table's times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// s.
+    #[default]
+    Seconds,
+    /// ms.
+    Milliseconds,
+    /// µs.
+    Microseconds,
+    /// ns.
+    Nanoseconds,
+}
+
+impl TimeUnit {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Seconds,
+        Self::Milliseconds,
+        Self::Microseconds,
+        Self::Nanoseconds,
+    ];
+
+    /// Its name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Seconds => "s",
+            Self::Milliseconds => "ms",
+            Self::Microseconds => "us",
+            Self::Nanoseconds => "ns",
+        }
+    }
+
+    /// How many of it are a second.
+    #[must_use]
+    pub const fn per_second(self) -> f64 {
+        match self {
+            Self::Seconds => 1.0,
+            Self::Milliseconds => 1.0e3,
+            Self::Microseconds => 1.0e6,
+            Self::Nanoseconds => 1.0e9,
+        }
+    }
+}
+
+impl FromStr for TimeUnit {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|unit| unit.name() == name);
+        found.ok_or_else(|| format!("{name:?} is no unit of time: write s, ms, us or ns"))
+    }
+}
+
+/// What happens to times that are not in order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Times {
+    /// Times are kept as they stand; one that does not advance is an error.
+    #[default]
+    Keep,
+    /// As few rows are left out as it takes for times to advance: duplicates, steps back, single
+    /// rows far ahead.
+    DropBad,
+    /// Rows are spaced by the sample rate, for those that arrive in batches.
+    Rate,
+}
+
+impl FromStr for Times {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "keep" => Ok(Self::Keep),
+            "drop-bad" => Ok(Self::DropBad),
+            "rate" => Ok(Self::Rate),
+            _ => Err(format!("{name:?} is none of keep, drop-bad and rate")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_stand_in_any_order_and_default_to_si() {
+        let g_dps = Units {
+            acceleration: AccelerationUnit::StandardGravity,
+            rate: RateUnit::DegreesPerSecond,
+        };
+        assert_eq!("g,dps".parse(), Ok(g_dps));
+        assert_eq!("dps, g".parse(), Ok(g_dps));
+        assert_eq!("m/s2,rad/s".parse(), Ok(Units::default()));
+        let g = Units {
+            acceleration: AccelerationUnit::StandardGravity,
+            ..Units::default()
+        };
+        assert_eq!("g".parse(), Ok(g));
+        for wrong in ["", "g,g", "g,m/s2", "mph"] {
+            assert!(wrong.parse::<Units>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn g_and_degrees_become_si_and_si_keeps_its_bits() {
+        let readings = [1.0, 0.1, -2.0, 180.0, 0.3, -90.0];
+        let [ax, .., wx, _, _] = "g,dps".parse::<Units>().unwrap().to_si(readings);
+        assert_eq!(ax, f64::from(STANDARD_GRAVITY));
+        assert_eq!(wx, std::f64::consts::PI);
+        assert_eq!(Units::default().to_si(readings), readings);
+    }
+
+    #[test]
+    fn words_that_mean_nothing_are_answered_with_those_that_do() {
+        assert_eq!("us".parse(), Ok(TimeUnit::Microseconds));
+        assert_eq!(
+            "min".parse::<TimeUnit>(),
+            Err("\"min\" is no unit of time: write s, ms, us or ns".to_owned())
+        );
+        assert_eq!("drop-bad".parse(), Ok(Times::DropBad));
+        assert!("drop".parse::<Times>().is_err());
+    }
+}

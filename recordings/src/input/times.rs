@@ -1,0 +1,98 @@
+//! Times that are not in order, put right.
+
+use super::rate::roundest;
+
+/// Which rows to keep so that times advance and as few as possible are left out: the longest
+/// sequence that increases (patience sorting).
+pub(super) fn longest_increase(times_us: &[i64]) -> Vec<bool> {
+    // Of each length, the row with the earliest time that a sequence of that length can end with.
+    let mut ends: Vec<usize> = Vec::new();
+    let mut before: Vec<Option<usize>> = Vec::with_capacity(times_us.len());
+    for (row, time) in times_us.iter().enumerate() {
+        let length = ends.partition_point(|end| times_us[*end] < *time);
+        before.push(length.checked_sub(1).map(|shorter| ends[shorter]));
+        if length == ends.len() {
+            ends.push(row);
+        } else {
+            ends[length] = row;
+        }
+    }
+    let mut kept = vec![false; times_us.len()];
+    let mut row = ends.last().copied();
+    while let Some(this) = row {
+        kept[this] = true;
+        row = before[this];
+    }
+    kept
+}
+
+/// The mean rate in Hz of rows that arrive in batches: what can be known of it ends where a batch
+/// does, and of the rates within that it is the roundest.
+pub(super) fn mean_rate(times_us: &[i64]) -> Option<f64> {
+    let (first, last) = (times_us.iter().min()?, times_us.iter().max()?);
+    let span = last.abs_diff(*first) as f64;
+    let periods = (times_us.len() - 1) as f64;
+    if periods == 0.0 || span == 0.0 {
+        return None;
+    }
+    let steps = times_us.windows(2).map(|pair| (pair[1] - pair[0]).max(0));
+    // A gap is no batch: it must not make every rate possible.
+    let batch = (steps.max()? as f64).min(span / 20.0);
+    let rate = |span: f64| 1.0e6 * periods / span;
+    Some(roundest(rate(span + batch), rate(span), rate(span - batch)))
+}
+
+/// How many rows stand elsewhere than at `rate` in Hz from the first, by more than half a period.
+pub(super) fn moved(times_us: &[i64], rate: f64) -> usize {
+    let Some(first) = times_us.first() else {
+        return 0;
+    };
+    let period_us = 1.0e6 / rate;
+    let is_elsewhere = |(row, time): &(usize, &i64)| {
+        let place = *first as f64 + *row as f64 * period_us;
+        (**time as f64 - place).abs() > 0.5 * period_us
+    };
+    times_us.iter().enumerate().filter(is_elsewhere).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kept(times: &[i64]) -> Vec<i64> {
+        let kept = longest_increase(times);
+        times
+            .iter()
+            .zip(kept)
+            .filter(|(_, kept)| *kept)
+            .map(|(time, _)| *time)
+            .collect()
+    }
+
+    #[test]
+    fn as_few_rows_as_possible_are_left_out() {
+        assert_eq!(kept(&[]), [0; 0]);
+        assert_eq!(kept(&[0, 1, 2, 3]), [0, 1, 2, 3]);
+        assert_eq!(kept(&[0, 1, 1, 2]), [0, 1, 2]);
+        // One row far ahead costs itself, not all rows until then.
+        assert_eq!(kept(&[0, 1, 900, 2, 3, 4]), [0, 1, 2, 3, 4]);
+        assert_eq!(kept(&[5, 6, 7, 0, 8, 9]), [5, 6, 7, 8, 9]);
+        // A clock that starts again keeps its longer part.
+        assert_eq!(kept(&[8, 9, 0, 1, 2]), [0, 1, 2]);
+    }
+
+    #[test]
+    fn batches_have_the_rate_of_their_rows() {
+        // Ten rows every 10 ms, all at once.
+        let times: Vec<i64> = (0..1000).map(|row| row / 10 * 10_000).collect();
+        assert_eq!(mean_rate(&times), Some(1000.0));
+        assert_eq!(mean_rate(&[7]), None);
+        assert_eq!(mean_rate(&[7, 7]), None);
+    }
+
+    #[test]
+    fn a_row_counts_as_moved_from_half_a_period_on() {
+        assert_eq!(moved(&[0, 1_000, 2_400, 3_000], 1000.0), 0);
+        assert_eq!(moved(&[0, 0, 0, 3_000], 1000.0), 2);
+    }
+}

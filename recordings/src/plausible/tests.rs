@@ -1,0 +1,147 @@
+use super::*;
+use estimator_core::{AngularRate, ImuSample, SpecificForce, Timestamp, Vec3};
+
+/// A foot that rests and swings every second for 10 s at 200 Hz, with gravity along z.
+fn walk() -> Recording {
+    let sample = |k: u64| {
+        let phase = (k % 200) as f32 / 200.0;
+        let swing = if phase < 0.5 { 0.0 } else { 1.0 };
+        let wave = libm::sinf(40.0 * phase);
+        RecordedSample {
+            imu: ImuSample {
+                timestamp: Timestamp::from_micros(5_000 * k),
+                specific_force: SpecificForce(Vec3::new(
+                    8.0 * swing * wave,
+                    3.0 * swing * wave,
+                    9.81 + 0.01 * wave + 5.0 * swing * wave,
+                )),
+                angular_rate: AngularRate(Vec3::new(0.0, 8.0 * swing * wave, 0.001)),
+                validity: Validity::Valid,
+            },
+            load: None,
+            label: None,
+        }
+    };
+    Recording {
+        name: "walk".to_owned(),
+        sample_rate: 200.0,
+        gravity: Gravity::Included,
+        load_title: String::new(),
+        samples: (0..2000).map(sample).collect(),
+    }
+}
+
+fn with_force(change: impl Fn(Vec3) -> Vec3) -> Recording {
+    let mut recording = walk();
+    for sample in &mut recording.samples {
+        sample.imu.specific_force.0 = change(sample.imu.specific_force.0);
+    }
+    recording
+}
+
+fn with_times(micros: impl Fn(u64) -> u64) -> Recording {
+    let mut recording = walk();
+    for (k, sample) in (0..).zip(&mut recording.samples) {
+        sample.imu.timestamp = Timestamp::from_micros(micros(k));
+    }
+    recording
+}
+
+/// The names of all findings.
+fn found(recording: &Recording) -> Vec<&'static str> {
+    check(recording).iter().map(Finding::name).collect()
+}
+
+fn scaled(by: f32) -> impl Fn(Vec3) -> Vec3 {
+    move |force| Vec3::new(force.x * by, force.y * by, force.z * by)
+}
+
+#[test]
+fn nothing_is_wrong_with_a_walk() {
+    assert_eq!(found(&walk()), [""; 0]);
+}
+
+#[test]
+fn accelerations_in_g_are_found_with_gravity_declared_or_not() {
+    let mut recording = with_force(scaled(1.0 / 9.81));
+    assert_eq!(found(&recording), ["acceleration_in_g"]);
+    recording.gravity = Gravity::Removed;
+    assert_eq!(found(&recording), ["acceleration_in_g"]);
+    assert_eq!(found(&with_force(scaled(9.81))), ["acceleration_not_in_g"]);
+}
+
+#[test]
+fn gravity_is_found_where_it_is_declared_removed_and_missed_where_it_is_not() {
+    let mut recording = walk();
+    recording.gravity = Gravity::Removed;
+    assert_eq!(found(&recording), ["gravity_included"]);
+    let mut recording = with_force(|force| Vec3::new(force.x, force.y, force.z - 9.81));
+    assert_eq!(found(&recording), ["gravity_removed"]);
+    recording.gravity = Gravity::Removed;
+    assert_eq!(found(&recording), [""; 0]);
+}
+
+#[test]
+fn a_sensor_on_its_side_or_head_is_found_with_the_axis_that_is_up() {
+    let up = |recording: &Recording| match check(recording)[..] {
+        [Finding::GravityNotAlongZ { up }] => up,
+        ref other => panic!("{other:?}"),
+    };
+    assert_eq!(up(&with_force(|f| Vec3::new(-f.z, f.y, f.x))), "-x");
+    assert_eq!(up(&with_force(|f| Vec3::new(f.x, f.z, -f.y))), "y");
+    assert_eq!(up(&with_force(scaled(-1.0))), "-z");
+    // 30° is how a foot may stand.
+    let tilted = with_force(|f| Vec3::new(f.x + 0.5 * f.z, f.y, 0.866 * f.z));
+    assert_eq!(found(&tilted), [""; 0]);
+}
+
+#[test]
+fn rates_in_degrees_are_found() {
+    let mut recording = walk();
+    for sample in &mut recording.samples {
+        let rate = &mut sample.imu.angular_rate.0;
+        *rate = Vec3::new(
+            rate.x.to_degrees(),
+            rate.y.to_degrees(),
+            rate.z.to_degrees(),
+        );
+    }
+    assert_eq!(found(&recording), ["rate_in_degrees"]);
+}
+
+#[test]
+fn a_clock_that_jumps_is_found_and_a_short_gap_is_not() {
+    let gap = |length_us: u64| with_times(move |k| 5_000 * k + if k < 900 { 0 } else { length_us });
+    assert_eq!(found(&gap(5_000_000)), ["clock_jumps"]);
+    assert_eq!(found(&gap(500_000)), [""; 0]);
+    assert_eq!(
+        check(&gap(5_000_000))[0].to_string(),
+        "the clock jumps once, by up to 5.0 s: samples are missing, or --times rate"
+    );
+}
+
+#[test]
+fn rows_that_arrive_in_batches_are_found_and_jitter_is_not() {
+    let batches = with_times(|k| k / 10 * 50_000 + k % 10);
+    assert_eq!(found(&batches), ["batches"]);
+    let jitter = with_times(|k| 5_000 * k + (k * 7919) % 3_000);
+    assert_eq!(found(&jitter), [""; 0]);
+}
+
+#[test]
+fn a_rate_below_that_of_the_slowest_recordings_is_found() {
+    let slower = |rate: f32| Recording {
+        sample_rate: rate,
+        ..walk()
+    };
+    assert_eq!(found(&slower(50.0)), ["low_rate"]);
+    assert_eq!(found(&slower(99.5)), [""; 0]);
+}
+
+#[test]
+fn a_recording_without_a_valid_sample_has_nothing_to_find() {
+    let mut recording = with_force(|_| Vec3::new(f32::NAN, 0.0, 0.0));
+    assert_eq!(found(&recording), [""; 0]);
+    recording.samples.clear();
+    assert_eq!(found(&recording), [""; 0]);
+}
