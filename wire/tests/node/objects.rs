@@ -6,6 +6,7 @@ use wire::dictionary::{
     self, Access, Limits, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE, SIGNATURE_STORE, index,
 };
 use wire::node::{Command, Crash};
+use wire::settings::UartStreams;
 use wire::{
     AbortCode, Address, Counter, Counters, DataType, Event, Fault, Foot, Outcome, Stage, Value,
 };
@@ -253,6 +254,22 @@ fn uart_follows_the_same_rules() {
     let store = Address::new(index::STORE, 1);
     assert_eq!(node.write(store, b"save"), Ok(Some(Event::Store)));
     assert_eq!(node.finish(Ok(())), None, "no master waits");
+}
+
+#[test]
+fn each_stream_of_the_serial_line_has_its_period() {
+    let mut node = node();
+    for (subindex, ticks) in [(1, 2_u16), (2, 30), (3, 400)] {
+        let address = Address::new(index::UART_STREAMS, subindex);
+        let event = node.write(address, &ticks.to_le_bytes());
+        assert_eq!(event, Ok(Some(Event::Changed(address))));
+    }
+    let streams = UartStreams {
+        contact: 2,
+        raw: 30,
+        health: 400,
+    };
+    assert_eq!(node.settings().uart_streams(), streams);
 }
 
 #[test]
