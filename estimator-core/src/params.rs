@@ -174,3 +174,29 @@ impl Params {
         ..Self::PAPER
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_go1_has_half_widths_in_si_units() {
+        // 0.9, 0.5 and 0.3 g; 56, 50 and 100 °/s.
+        let expected = [
+            8.825_985, 4.903_325, 2.941_995, 0.977_384, 0.872_665, 1.745_329,
+        ];
+        let half_width = Params::PAPER_GO1.half_width;
+        let found = [
+            half_width.ax,
+            half_width.ay,
+            half_width.az,
+            half_width.wx,
+            half_width.wy,
+            half_width.wz,
+        ];
+        for (found, expected) in found.into_iter().zip(expected) {
+            let difference: f32 = found - expected;
+            assert!(difference.abs() < 1.0e-5, "{found} for {expected}");
+        }
+    }
+}
