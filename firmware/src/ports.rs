@@ -149,7 +149,7 @@ impl Ports {
     }
 
     pub(crate) fn take_input(&self) -> Option<Input> {
-        // Mostly there is none, and then no room for one is moved about.
+        // Usually there is none; then nothing is copied.
         if self.inputs.is_empty() {
             return None;
         }

@@ -57,7 +57,7 @@ pub(super) enum SampleIssue {
     Rate,
     /// Nothing new was read.
     Stale,
-    /// The status read is none that a part sends.
+    /// The status byte is not one that the part can send.
     Status(u8),
     /// The transfer failed.
     Bus,

@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_validity_is_kept_by_name_and_a_name_nobody_knows_is_an_error() {
+    fn a_validity_is_kept_by_name_and_an_unknown_name_is_an_error() {
         let table = |cell: &str| {
             format!("t,ax,ay,az,wx,wy,wz,validity\n0,1,2,3,4,5,6,{cell}\n1,0,0,0,0,0,0,\n")
         };

@@ -19,7 +19,7 @@ pub(super) struct Head {
     pub(super) bytes: Vec<u8>,
     /// What separates columns: a comma, a semicolon or a tab.
     pub(super) separator: u8,
-    /// The last comment before the first line that is none, with its number.
+    /// The last comment before the first other line, with its number.
     pub(super) comment: Option<(u64, StringRecord)>,
 }
 

@@ -21,7 +21,7 @@ pub(super) fn micros_since_1970(text: &str) -> Option<i64> {
     Some((seconds - zone_seconds(zone)?) * 1_000_000 + micros(fraction)?)
 }
 
-/// A number of exactly so many digits.
+/// A number of exactly `count` digits.
 fn digits(text: &str, count: usize) -> Option<i64> {
     let all = text.len() == count && text.bytes().all(|byte| byte.is_ascii_digit());
     all.then(|| text.parse().ok())?
