@@ -5,6 +5,7 @@
 //! | a recording: samples with their load and label | [`recording`] |
 //! | vectors and rotations in f64, for true orientations | [`space`] |
 //! | a file becomes a recording | [`input`] |
+//! | samples in a temporary file, steps of a clock | [`spool`], `steps` |
 //! | what cannot be right about it | [`plausible`] |
 //! | the estimator runs over it | [`replay`] |
 //! | samples and estimates become a table | [`output`] |
@@ -18,4 +19,6 @@ pub mod plausible;
 pub mod recording;
 pub mod replay;
 pub mod space;
+pub mod spool;
+mod steps;
 pub mod validity;

@@ -1,10 +1,9 @@
 //! The clock of a `csv`: the column `t`.
 
-use estimator_core::Timestamp;
-
 use super::error::InputError;
 use super::iso8601::micros_since_1970;
 use super::options::TimeUnit;
+use super::rows::NotAfter;
 use super::table::Row;
 use super::time::MAX_TIME_S;
 
@@ -45,6 +44,16 @@ impl TimeColumn {
         };
         Ok(whole + fraction)
     }
+
+    /// That a row's time does not come after that of the row before.
+    pub(super) fn order_error(&self, row: &Row, not_after: &NotAfter) -> InputError {
+        InputError::TimeOrder {
+            cell: row.cell(self.index, "t"),
+            text: row.text(self.index).to_owned(),
+            unit: self.unit,
+            previous: not_after.previous_us as f64 / (1.0e6 / self.unit.per_second()),
+        }
+    }
 }
 
 /// The unit in which a number makes sense as a time since 1970: from 2001 to 2096 each unit has a
@@ -53,38 +62,4 @@ pub(super) fn unit_since_1970(value: f64) -> TimeUnit {
     let units = TimeUnit::ALL.into_iter().skip(1);
     let is_unit = |unit: &TimeUnit| (1.0e9..=MAX_TIME_S).contains(&(value / unit.per_second()));
     units.into_iter().find(is_unit).unwrap_or_default()
-}
-
-/// The file's clock, which may start anywhere but runs forward.
-pub(super) struct Clock {
-    /// The time of the first row, µs.
-    pub(super) start_us: i64,
-    newest_us: Option<i64>,
-}
-
-impl Clock {
-    pub(super) const fn starting_at(start_us: i64) -> Self {
-        Self {
-            start_us,
-            newest_us: None,
-        }
-    }
-
-    /// The time of a row since the first one.
-    pub(super) fn advance_to(
-        &mut self,
-        now_us: i64,
-        row: &Row,
-        column: &TimeColumn,
-    ) -> Result<Timestamp, InputError> {
-        match self.newest_us.replace(now_us) {
-            Some(previous_us) if now_us <= previous_us => Err(InputError::TimeOrder {
-                cell: row.cell(column.index, "t"),
-                text: row.text(column.index).to_owned(),
-                unit: column.unit,
-                previous: previous_us as f64 / (1.0e6 / column.unit.per_second()),
-            }),
-            _ => Ok(Timestamp::from_micros(now_us.abs_diff(self.start_us))),
-        }
-    }
 }

@@ -19,20 +19,22 @@
 //! none of the six is left out and counted, as one of another signal. Times may be dates with times
 //! as in ISO 8601.
 
-use estimator_core::{Gravity, Timestamp};
+use estimator_core::Gravity;
 
-use super::clock::{Clock, TimeColumn, unit_since_1970};
+use super::clock::{TimeColumn, unit_since_1970};
 use super::error::InputError;
 use super::extra::ExtraColumns;
 use super::header::Columns;
 use super::layout::{Blanks, Layout};
-use super::loaded::{Hints, Loaded, Repairs, steady_time};
+use super::loaded::Hints;
 use super::names::{FoundTime, find_time};
-use super::options::{TimeUnit, Times};
-use super::rate::sample_rate;
+use super::options::TimeUnit;
+use super::rows::{Refused, Rows, Source};
+use super::stored::Stored;
 use super::table::{Row, Table};
-use super::times::{longest_increase, mean_rate, moved};
-use crate::recording::{RecordedSample, Recording};
+
+/// The title of a column `force`.
+const LOAD_TITLE: &str = "force (N)";
 
 /// Reads a table with a header, and the `extra` columns beside those of a recording.
 ///
@@ -42,7 +44,7 @@ pub(super) fn read(
     mut table: Table,
     hints: &Hints,
     extra: &mut impl ExtraColumns,
-) -> Result<Loaded, InputError> {
+) -> Result<Stored, InputError> {
     let Some(layout) = Layout::of(&mut table, &hints.table)? else {
         return Err(table.empty());
     };
@@ -50,7 +52,7 @@ pub(super) fn read(
     let mut columns = Columns::checked(header, table.file())?;
     extra.header(header, table.file())?;
     columns.ignored.retain(|name| !extra.reads(name));
-    let mut rows = Rows::default();
+    let mut rows = Rows::new(hints.table.times);
     let mut column = None;
     while let Some(row) = table.next_row()? {
         row.expect_columns(columns.count)?;
@@ -58,57 +60,43 @@ pub(super) fn read(
             rows.repairs.blank_rows += 1;
             continue;
         }
-        if let Some(index) = columns.t {
-            let column = column.get_or_insert_with(|| TimeColumn {
-                index,
-                nanoseconds: columns.nanoseconds,
-                unit: time_unit(&layout, hints, &row, index),
-            });
-            rows.add_time(column, &row, hints.table.times)?;
-        }
-        rows.samples
-            .push(columns.sample(&row, layout.blanks, hints)?);
+        let time = match columns.t {
+            None => None,
+            Some(index) => {
+                let column = column.get_or_insert_with(|| TimeColumn {
+                    index,
+                    nanoseconds: columns.nanoseconds,
+                    unit: time_unit(&layout, hints, &row, index),
+                });
+                Some(column.micros(&row)?)
+            }
+        };
+        let sample = columns.sample(&row, layout.blanks, hints)?;
+        rows.push(time, sample)
+            .map_err(|refused| match (refused, &column) {
+                (Refused::Time(not_after), Some(column)) => column.order_error(&row, &not_after),
+                (refused, _) => refused.into_error(table.file()),
+            })?;
         extra.row(&row)?;
-    }
-    if rows.samples.is_empty() {
-        return Err(table.empty());
-    }
-    match hints.table.times {
-        Times::Keep => {}
-        Times::DropBad => rows.drop_bad(extra),
-        Times::Rate => rows.space_evenly(hints.sample_rate),
-    }
-    let sample_rate = rows
-        .spacing
-        .map_or_else(
-            || sample_rate(&rows.times, hints.sample_rate, table.file()),
-            |rate| Ok(rate as f32),
-        )
-        .map_err(|error| error.with_time_column(time_by_another_name(header)))?;
-    for (k, sample) in rows.samples.iter_mut().enumerate() {
-        sample.imu.timestamp = rows
-            .times
-            .get(k)
-            .copied()
-            .unwrap_or_else(|| steady_time(k, sample_rate));
     }
     let mut notices: Vec<String> = layout.notice.into_iter().collect();
     if layout.names_ignored {
         notices.extend(columns.notice(table.file()));
     }
-    notices.extend(rows.repairs.notices(table.file()));
-    Ok(Loaded {
-        start_us: rows.clock.map_or(0, |clock| clock.start_us),
+    let kept = rows.kept();
+    if let Some(kept) = &kept {
+        extra.retain(kept);
+    }
+    let source = Source {
+        file: table.file(),
+        name: table.recording_name().to_owned(),
+        foot: None,
+        gravity: Gravity::Included,
+        load_title: LOAD_TITLE.to_owned(),
         notices,
-        repairs: rows.repairs,
-        recording: Recording {
-            name: table.recording_name().to_owned(),
-            sample_rate,
-            gravity: hints.gravity.unwrap_or(Gravity::Included),
-            load_title: "force (N)".to_owned(),
-            samples: rows.samples,
-        },
-    })
+    };
+    rows.finish(source, hints, kept)
+        .map_err(|error| error.with_time_column(time_by_another_name(header)))
 }
 
 /// The unit of the times: the one that is given, or that of the column's name, or the one in which
@@ -134,73 +122,11 @@ fn time_by_another_name(header: &Row) -> Option<String> {
     }
 }
 
-/// The rows of a table as they are read.
-#[derive(Default)]
-struct Rows {
-    samples: Vec<RecordedSample>,
-    clock: Option<Clock>,
-    /// Since the first row; empty where there is no clock.
-    times: Vec<Timestamp>,
-    /// What the clock says, µs, where it need not be in order.
-    unordered_us: Vec<i64>,
-    /// The rate by which rows are spaced, Hz, where it is not by their times.
-    spacing: Option<f64>,
-    repairs: Repairs,
-}
-
-impl Rows {
-    fn add_time(&mut self, column: &TimeColumn, row: &Row, times: Times) -> Result<(), InputError> {
-        let now_us = column.micros(row)?;
-        if times == Times::Keep {
-            let clock = self.clock.get_or_insert_with(|| Clock::starting_at(now_us));
-            self.times.push(clock.advance_to(now_us, row, column)?);
-        } else {
-            self.unordered_us.push(now_us);
-        }
-        Ok(())
-    }
-
-    /// Leaves out the rows whose times do not advance.
-    fn drop_bad(&mut self, extra: &mut impl ExtraColumns) {
-        let kept = longest_increase(&self.unordered_us);
-        let mut ordered = self
-            .unordered_us
-            .iter()
-            .zip(&kept)
-            .filter(|(_, kept)| **kept);
-        let Some((first, _)) = ordered.next() else {
-            return;
-        };
-        self.clock = Some(Clock::starting_at(*first));
-        let since_first = |(time, _): (&i64, &bool)| Timestamp::from_micros(time.abs_diff(*first));
-        self.times = std::iter::once(Timestamp::default())
-            .chain(ordered.map(since_first))
-            .collect();
-        let mut of_sample = kept.iter();
-        self.samples
-            .retain(|_| of_sample.next().is_none_or(|kept| *kept));
-        extra.retain(&kept);
-        self.repairs.dropped_rows = kept.iter().filter(|kept| !**kept).count();
-    }
-
-    /// Gives each row the place that it has at the sample rate.
-    fn space_evenly(&mut self, given: Option<f32>) {
-        let Some(first) = self.unordered_us.first() else {
-            return;
-        };
-        self.clock = Some(Clock::starting_at(*first));
-        self.spacing = given
-            .map(f64::from)
-            .or_else(|| mean_rate(&self.unordered_us));
-        if let Some(rate) = self.spacing {
-            self.repairs.retimed_rows = moved(&self.unordered_us, rate);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::loaded::Loaded;
+    use crate::input::options::Times;
     use crate::input::table::unwrapped;
     use crate::recording::Label;
     use crate::validity::VALIDITIES;
@@ -210,7 +136,8 @@ mod tests {
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(text.as_ref()).unwrap();
-        read(Table::open(file.path(), unwrapped)?, hints, &mut ())
+        let stored = read(Table::open(file.path(), unwrapped)?, hints, &mut ())?;
+        Ok(stored.into_loaded().unwrap())
     }
 
     fn loaded(text: impl AsRef<[u8]>) -> Loaded {
@@ -338,7 +265,8 @@ mod tests {
         hints.table.times = Times::DropBad;
         let mut truth = crate::input::truth::Orientations::default();
         let table = Table::open(file.path(), unwrapped).unwrap();
-        let loaded = read(table, &hints, &mut truth).unwrap();
+        let stored = read(table, &hints, &mut truth).unwrap();
+        let loaded = stored.into_loaded().unwrap();
         let kept: Vec<f64> = truth.rows.iter().flatten().map(|q| q.w + q.v.x).collect();
         assert_eq!(loaded.recording.samples.len(), truth.rows.len());
         assert!(kept == [1.0, 0.0] || kept == [0.0, 1.0], "{kept:?}");

@@ -296,6 +296,29 @@ pub enum InputError {
         /// The time of the row before, in that unit.
         previous: f64,
     },
+    /// Time does not advance by at least a microsecond, in a file that has no lines.
+    #[error(
+        "{file}: the time of a message does not come after {} s, the one before; --times drop-bad \
+         leaves such messages out, --times rate spaces them by the sample rate",
+        *previous_us as f64 / 1.0e6
+    )]
+    MessageOrder {
+        /// The file, as it was named.
+        file: String,
+        /// The time of the message before, µs.
+        previous_us: i64,
+    },
+    /// The samples cannot be kept while they are looked at.
+    #[error(
+        "{file}: its samples cannot be kept in {}: {source}; the variable TMPDIR names another folder",
+        std::env::temp_dir().display()
+    )]
+    Spool {
+        /// The file, as it was named.
+        file: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
     /// Cells that belong together are filled in part.
     #[error(
         "{cell}: IMU values after a row that had none; rows of force alone may only stand at the end"

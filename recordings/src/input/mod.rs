@@ -8,6 +8,7 @@
 //! | tables of others: options, names, ROS 2 without a header, dates, times out of order | [`options`], [`mapping`]; `layout`, `names`, `ros2`, `iso8601`, `times` |
 //! | columns of a `csv` that are no part of a recording: the true orientation | `extra`, `truth` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`pce`] |
+//! | rows in order, whatever they are read from, and where they go | `rows`, `stored` |
 //! | the sensor's static calibration | `correction` |
 //! | what comes out, and what can be wrong | `loaded`, [`error`] |
 //!
@@ -36,6 +37,8 @@ pub mod options;
 pub mod pce;
 mod rate;
 mod ros2;
+mod rows;
+mod stored;
 mod table;
 pub mod time;
 mod times;
@@ -51,6 +54,7 @@ pub use format::Format;
 pub use loaded::{Hints, Loaded, Repairs};
 pub use mapping::Mapping;
 pub use options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Times, Units};
+pub use stored::{About, Stored};
 
 use crate::space::Rotation;
 use pce::LabelScheme;
@@ -97,23 +101,36 @@ impl Opened {
         self.format
     }
 
-    /// Reads it.
+    /// Reads it into memory.
     ///
     /// # Errors
     /// The first thing that is wrong with it, with file, line and column.
     pub fn read(self, hints: &Hints) -> Result<Loaded, InputError> {
+        let file = self.table.file().to_owned();
+        self.store(hints)?
+            .into_loaded()
+            .map_err(|source| InputError::Spool { file, source })
+    }
+
+    /// Reads it, in memory that does not grow with its length where it is a `csv`.
+    ///
+    /// # Errors
+    /// Those of [`Self::read`].
+    pub fn store(self, hints: &Hints) -> Result<Stored, InputError> {
         if self.format != Format::Csv && hints.table != TableOptions::default() {
             return Err(InputError::TableOptions {
                 file: self.table.file().to_owned(),
                 format: self.format,
             });
         }
-        match self.format {
+        let file = self.table.file().to_owned();
+        let loaded = match self.format {
+            Format::Csv => return csv::read(self.table, hints, &mut ()),
             Format::PceAtlas => pce::read_robot(self.table, LabelScheme::StableOrNot, hints),
             Format::Lcd => pce::read_robot(self.table, LabelScheme::ContactClass, hints),
             Format::PceGo1 => pce::read_go1(self.table, hints),
-            Format::Csv => csv::read(self.table, hints, &mut ()),
-        }
+        }?;
+        Stored::from_loaded(loaded).map_err(|source| InputError::Spool { file, source })
     }
 
     /// Reads a `csv` that has the columns `qw`, `qx`, `qy` and `qz`, too: a unit quaternion per
@@ -129,10 +146,13 @@ impl Opened {
     ) -> Result<(Loaded, Vec<Option<Rotation>>), InputError> {
         let file = self.table.file().to_owned();
         let mut orientations = Orientations::default();
-        let loaded = csv::read(self.table, hints, &mut orientations)?;
+        let stored = csv::read(self.table, hints, &mut orientations)?;
         if orientations.rows.iter().all(Option::is_none) {
             return Err(InputError::NoOrientation { file });
         }
+        let loaded = stored
+            .into_loaded()
+            .map_err(|source| InputError::Spool { file, source })?;
         Ok((loaded, orientations.rows))
     }
 }

@@ -1,19 +1,18 @@
 //! The sample rate of a `csv`: that of the times between its rows, or the one that is given.
 
-use estimator_core::Timestamp;
-
 use super::error::InputError;
+use crate::steps::{Steps, median};
 
 /// By how much a given sample rate may differ from that of the times, as a fraction.
 const RATE_TOLERANCE: f64 = 0.01;
 
 /// The sample rate in Hz that times and hint agree on.
 pub(super) fn sample_rate(
-    times: &[Timestamp],
+    steps: &Steps,
     given: Option<f32>,
     file: &str,
 ) -> Result<f32, InputError> {
-    match (measured_rate(times), given) {
+    match (measured_rate(steps), given) {
         (Some(measured), Some(given)) if !agree(measured, given) => {
             Err(InputError::SampleRateConflict {
                 file: file.to_owned(),
@@ -35,26 +34,20 @@ fn agree(measured: f64, given: f32) -> bool {
     (f64::from(given) - measured).abs() <= RATE_TOLERANCE * measured
 }
 
-/// The rate in Hz of the times between rows, gaps left out.
+/// The rate in Hz of the steps between rows, gaps left out.
 ///
 /// Rows may stand up to a fraction of a period off their places, as samples do that wait for a
 /// sensor with a clock of its own. So the rate is one over the mean time, and what can be known of
 /// it ends where the rows' places do: of the rates within that, it is the roundest.
-fn measured_rate(times: &[Timestamp]) -> Option<f64> {
-    let mut steps: Vec<u64> = times
-        .windows(2)
-        .filter_map(|pair| pair[1].micros_since(pair[0]))
-        .collect();
-    if steps.is_empty() {
-        return None;
-    }
-    let all = steps.len();
-    let median = *steps.select_nth_unstable(all / 2).1;
-    steps.retain(|step| 2 * step.abs_diff(median) <= median);
-    let (shortest, longest) = (steps.iter().min()?, steps.iter().max()?);
-    let runs = (all - steps.len() + 1) as f64;
-    let count = steps.len() as f64;
-    let mean = steps.iter().sum::<u64>() as f64 / count;
+fn measured_rate(steps: &Steps) -> Option<f64> {
+    let mut sorted = steps.sorted();
+    let median = median(&sorted)?;
+    sorted.retain(|(step, _)| 2 * step.abs_diff(median) <= median);
+    let (shortest, longest) = (sorted.first()?.0, sorted.last()?.0);
+    let kept: u64 = sorted.iter().map(|(_, count)| count).sum();
+    let runs = (steps.total() - kept + 1) as f64;
+    let count = kept as f64;
+    let mean = sorted.iter().map(|(step, count)| step * count).sum::<u64>() as f64 / count;
     let uncertainty = runs * (longest - shortest) as f64 / count;
     Some(roundest(
         1.0e6 / (mean + uncertainty),
@@ -77,12 +70,21 @@ pub(super) fn roundest(lowest: f64, rate: f64, highest: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// The steps between times, µs.
+    fn steps(times: &[u64]) -> Steps {
+        let mut steps = Steps::default();
+        for pair in times.windows(2) {
+            steps.add(pair[1] - pair[0]);
+        }
+        steps
+    }
+
     #[test]
     fn the_rate_is_that_of_the_steps_without_gaps() {
-        let times = [0, 3_500, 7_000, 90_000, 93_500].map(Timestamp::from_micros);
-        let rate = measured_rate(&times).unwrap();
+        let times = [0, 3_500, 7_000, 90_000, 93_500];
+        let rate = measured_rate(&steps(&times)).unwrap();
         assert!((rate - 285.714).abs() < 1e-3, "{rate}");
-        assert_eq!(measured_rate(&times[..1]), None);
+        assert_eq!(measured_rate(&steps(&times[..1])), None);
     }
 
     #[test]
@@ -90,9 +92,9 @@ mod tests {
         for period in [146, 150, 153, 155] {
             for rows in [50, 500, 5_000] {
                 let edge = |tick: u64| (tick * 1000).next_multiple_of(period);
-                let times: Vec<_> = (0..rows).map(edge).map(Timestamp::from_micros).collect();
+                let times: Vec<_> = (0..rows).map(edge).collect();
                 assert_eq!(
-                    measured_rate(&times),
+                    measured_rate(&steps(&times)),
                     Some(1000.0),
                     "{period} µs, {rows} rows"
                 );
@@ -103,27 +105,32 @@ mod tests {
     #[test]
     fn jitter_does_not_bias_the_rate() {
         // Rarely late by a little, made up for by few short steps: the median is 1003 µs.
-        let steps = [1003, 1003, 1003, 991].into_iter().cycle().take(4000);
-        let times: Vec<_> = steps
+        let times: Vec<_> = [1003, 1003, 1003, 991]
+            .into_iter()
+            .cycle()
+            .take(4000)
             .scan(0, |now, step| {
                 *now += step;
-                Some(Timestamp::from_micros(*now))
+                Some(*now)
             })
             .collect();
-        let rate = measured_rate(&times).unwrap();
+        let rate = measured_rate(&steps(&times)).unwrap();
         assert!((rate - 1000.0).abs() < 0.01, "{rate}");
     }
 
     #[test]
     fn a_rate_that_is_no_number_agrees_with_no_times() {
-        let times = [0, 10_000, 20_000].map(Timestamp::from_micros);
-        assert!(sample_rate(&times, Some(f32::NAN), "x").is_err());
+        let times = [0, 10_000, 20_000];
+        assert!(sample_rate(&steps(&times), Some(f32::NAN), "x").is_err());
     }
 
     #[test]
     fn a_rate_within_one_percent_of_the_times_is_believed() {
-        let times = [0, 10_000, 20_000].map(Timestamp::from_micros);
-        assert_eq!(sample_rate(&times, Some(100.9), "x").unwrap(), 100.9);
-        assert!(sample_rate(&times, Some(101.1), "x").is_err());
+        let times = [0, 10_000, 20_000];
+        assert_eq!(
+            sample_rate(&steps(&times), Some(100.9), "x").unwrap(),
+            100.9
+        );
+        assert!(sample_rate(&steps(&times), Some(101.1), "x").is_err());
     }
 }

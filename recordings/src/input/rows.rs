@@ -1,0 +1,231 @@
+//! The rows of a recording as they are read, whatever they are read from: their order, their clock
+//! and their rate.
+
+use std::io;
+
+use estimator_core::{Gravity, Timestamp};
+
+use super::error::InputError;
+use super::loaded::{Hints, Repairs, steady_time};
+use super::options::Times;
+use super::rate::sample_rate;
+use super::stored::{About, Stored, Timing};
+use super::times::{longest_increase, mean_rate, moved};
+use crate::recording::RecordedSample;
+use crate::spool::Spool;
+use crate::steps::Steps;
+
+/// What its source knows about a recording.
+pub(super) struct Source<'a> {
+    /// The file, as it was named.
+    pub(super) file: &'a str,
+    pub(super) name: String,
+    pub(super) foot: Option<String>,
+    /// Whether the accelerations contain gravity, where nothing else is said.
+    pub(super) gravity: Gravity,
+    pub(super) load_title: String,
+    pub(super) notices: Vec<String>,
+}
+
+/// The rows of one recording.
+pub(super) struct Rows {
+    times: Times,
+    spool: Spool,
+    clock: Option<Clock>,
+    steps: Steps,
+    /// What the clock says, µs, where it need not be in order.
+    unordered_us: Vec<i64>,
+    pub(super) repairs: Repairs,
+}
+
+/// The first and the newest time, µs.
+#[derive(Clone, Copy)]
+struct Clock {
+    start_us: i64,
+    newest_us: i64,
+}
+
+/// A time that does not come after that of the row before, µs.
+pub(super) struct NotAfter {
+    pub(super) previous_us: i64,
+}
+
+/// Why a row was not taken.
+pub(super) enum Refused {
+    Time(NotAfter),
+    Spool(io::Error),
+}
+
+impl Refused {
+    /// The error of a file whose times are its own business.
+    pub(super) fn into_error(self, file: &str) -> InputError {
+        match self {
+            Self::Time(NotAfter { previous_us }) => InputError::MessageOrder {
+                file: file.to_owned(),
+                previous_us,
+            },
+            Self::Spool(source) => InputError::Spool {
+                file: file.to_owned(),
+                source,
+            },
+        }
+    }
+}
+
+impl Rows {
+    pub(super) fn new(times: Times) -> Self {
+        Self {
+            times,
+            spool: Spool::default(),
+            clock: None,
+            steps: Steps::default(),
+            unordered_us: Vec::new(),
+            repairs: Repairs::default(),
+        }
+    }
+
+    /// Appends a row; `clock_us` is what the file's clock says, where it has one: then all rows
+    /// have it.
+    pub(super) fn push(
+        &mut self,
+        clock_us: Option<i64>,
+        mut sample: RecordedSample,
+    ) -> Result<(), Refused> {
+        if let Some(now_us) = clock_us {
+            let stored = match self.times {
+                Times::Keep => self.advance_to(now_us).map_err(Refused::Time)?,
+                Times::DropBad | Times::Rate => {
+                    self.unordered_us.push(now_us);
+                    Timestamp::from_micros(now_us.cast_unsigned())
+                }
+            };
+            sample.imu.timestamp = stored;
+        }
+        self.spool.push(&sample).map_err(Refused::Spool)
+    }
+
+    /// The time since the first row.
+    fn advance_to(&mut self, now_us: i64) -> Result<Timestamp, NotAfter> {
+        let clock = self.clock.get_or_insert(Clock {
+            start_us: now_us,
+            newest_us: now_us,
+        });
+        if self.spool.len() > 0 {
+            let previous_us = clock.newest_us;
+            if now_us <= previous_us {
+                return Err(NotAfter { previous_us });
+            }
+            self.steps.add(now_us.abs_diff(previous_us));
+            clock.newest_us = now_us;
+        }
+        Ok(Timestamp::from_micros(now_us.abs_diff(clock.start_us)))
+    }
+
+    /// Which rows are kept, where some may be left out.
+    pub(super) fn kept(&self) -> Option<Vec<bool>> {
+        (self.times == Times::DropBad).then(|| longest_increase(&self.unordered_us))
+    }
+
+    /// The recording, with the rows that [`Self::kept`] has chosen.
+    pub(super) fn finish(
+        mut self,
+        source: Source<'_>,
+        hints: &Hints,
+        kept: Option<Vec<bool>>,
+    ) -> Result<Stored, InputError> {
+        if self.spool.is_empty() {
+            return Err(InputError::Empty {
+                file: source.file.to_owned(),
+            });
+        }
+        let mut spacing = None;
+        let has_clock = self.clock.is_some() || !self.unordered_us.is_empty();
+        match (self.times, kept) {
+            (Times::DropBad, Some(kept)) if has_clock => self.drop_bad(&kept, &mut spacing),
+            (Times::Rate, _) if has_clock => self.space_evenly(hints.sample_rate, &mut spacing),
+            _ => {}
+        }
+        let rate = match &spacing {
+            Some(Spacing::Even(rate)) => *rate as f32,
+            _ => sample_rate(&self.steps, hints.sample_rate, source.file)?,
+        };
+        let (timing, samples) = match spacing {
+            Some(Spacing::Kept(kept)) => {
+                let samples = kept.iter().filter(|kept| **kept).count();
+                (Timing::Clock { kept }, samples)
+            }
+            Some(Spacing::Even(_)) => (Timing::Steady, self.spool.len()),
+            None if self.clock.is_some() => (Timing::Stored, self.spool.len()),
+            None => (Timing::Steady, self.spool.len()),
+        };
+        let clock = self.clock;
+        let duration_us = match (&timing, clock) {
+            (Timing::Steady, _) | (_, None) => steady_time(samples - 1, rate).as_micros(),
+            (_, Some(clock)) => clock.newest_us.abs_diff(clock.start_us),
+        };
+        let mut notices = source.notices;
+        notices.extend(self.repairs.notices(source.file));
+        let about = About {
+            name: source.name,
+            foot: source.foot,
+            samples,
+            duration_us,
+            sample_rate: rate,
+            gravity: hints.gravity.unwrap_or(source.gravity),
+            load_title: source.load_title,
+            start_us: clock.map_or(0, |clock| clock.start_us),
+            notices,
+            repairs: self.repairs,
+        };
+        Ok(Stored::new(about, self.spool, timing))
+    }
+
+    /// Leaves out the rows whose times do not advance.
+    fn drop_bad(&mut self, kept: &[bool], spacing: &mut Option<Spacing>) {
+        let mut ordered = self
+            .unordered_us
+            .iter()
+            .zip(kept)
+            .filter(|(_, kept)| **kept);
+        let Some((first, _)) = ordered.next() else {
+            return;
+        };
+        let mut clock = Clock {
+            start_us: *first,
+            newest_us: *first,
+        };
+        for (time, _) in ordered {
+            self.steps.add(time.abs_diff(clock.newest_us));
+            clock.newest_us = *time;
+        }
+        self.clock = Some(clock);
+        self.repairs.dropped_rows = kept.iter().filter(|kept| !**kept).count();
+        *spacing = Some(Spacing::Kept(kept.to_vec()));
+    }
+
+    /// Gives each row the place that it has at the sample rate.
+    fn space_evenly(&mut self, given: Option<f32>, spacing: &mut Option<Spacing>) {
+        let Some(first) = self.unordered_us.first() else {
+            return;
+        };
+        self.clock = Some(Clock {
+            start_us: *first,
+            newest_us: *first,
+        });
+        let rate = given
+            .map(f64::from)
+            .or_else(|| mean_rate(&self.unordered_us));
+        if let Some(rate) = rate {
+            self.repairs.retimed_rows = moved(&self.unordered_us, rate);
+            *spacing = Some(Spacing::Even(rate));
+        }
+    }
+}
+
+/// How rows are spaced where it is not by their clock as it stands.
+enum Spacing {
+    /// By the clock, without the rows for which there is a false.
+    Kept(Vec<bool>),
+    /// By this rate, Hz.
+    Even(f64),
+}

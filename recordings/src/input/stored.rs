@@ -1,0 +1,168 @@
+//! What comes out of a file: a recording whose samples lie in a [`Spool`].
+
+use std::io;
+
+use estimator_core::{Gravity, Timestamp};
+
+use super::loaded::{Loaded, Repairs, steady_time};
+use crate::recording::{RecordedSample, Recording};
+use crate::spool::{Samples, Spool};
+
+/// What is known about a recording beside its samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct About {
+    /// Where it comes from, for titles and messages.
+    pub name: String,
+    /// Which foot it is of, where the file has several or names it.
+    pub foot: Option<String>,
+    /// How many samples it has.
+    pub samples: usize,
+    /// From the first sample to the last, µs. The first is at time 0.
+    pub duration_us: u64,
+    /// Samples per second.
+    pub sample_rate: f32,
+    /// Whether the accelerations contain gravity.
+    pub gravity: Gravity,
+    /// Name and unit of the load signal, such as `vertical force (N)`.
+    pub load_title: String,
+    /// What the file's clock says at the first sample, µs; 0 where the file has no clock. It may
+    /// be negative, as before a trigger, or count from 1970.
+    pub start_us: i64,
+    /// One sentence on each thing that was left out or reinterpreted, for people to read.
+    pub notices: Vec<String>,
+    /// Rows that were left out or got another time.
+    pub repairs: Repairs,
+}
+
+impl About {
+    /// Time from the first sample to the last, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.duration_us as f64 / 1.0e6
+    }
+}
+
+/// Where the time of a sample comes from.
+#[derive(Clone, Debug)]
+pub(super) enum Timing {
+    /// It is the time since the first sample.
+    Stored,
+    /// It follows from the sample's place and the sample rate.
+    Steady,
+    /// It is what the file's clock says; samples for which there is a false are left out.
+    Clock { kept: Vec<bool> },
+}
+
+/// A recording that has been read. Memory does not grow with its length.
+pub struct Stored {
+    /// What is known about it.
+    pub about: About,
+    spool: Spool,
+    timing: Timing,
+}
+
+impl Stored {
+    pub(super) const fn new(about: About, spool: Spool, timing: Timing) -> Self {
+        Self {
+            about,
+            spool,
+            timing,
+        }
+    }
+
+    /// A recording that is in memory.
+    pub(super) fn from_loaded(loaded: Loaded) -> io::Result<Self> {
+        let recording = loaded.recording;
+        let mut spool = Spool::default();
+        for sample in &recording.samples {
+            spool.push(sample)?;
+        }
+        let last = recording.samples.last();
+        let about = About {
+            foot: None,
+            samples: recording.samples.len(),
+            duration_us: last.map_or(0, |sample| sample.imu.timestamp.as_micros()),
+            sample_rate: recording.sample_rate,
+            gravity: recording.gravity,
+            name: recording.name,
+            load_title: recording.load_title,
+            start_us: loaded.start_us,
+            notices: loaded.notices,
+            repairs: loaded.repairs,
+        };
+        Ok(Self::new(about, spool, Timing::Stored))
+    }
+
+    /// All samples, from the first.
+    ///
+    /// # Errors
+    /// The temporary file that holds them cannot be written or read.
+    pub fn samples(&mut self) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
+        Ok(Timed {
+            samples: self.spool.samples()?,
+            timing: &self.timing,
+            start_us: self.about.start_us,
+            sample_rate: self.about.sample_rate,
+            index: 0,
+        })
+    }
+
+    /// The recording with all samples in memory.
+    ///
+    /// # Errors
+    /// Those of [`Self::samples`].
+    pub fn into_loaded(mut self) -> io::Result<Loaded> {
+        let samples = self.samples()?.collect::<io::Result<Vec<_>>>()?;
+        let about = self.about;
+        Ok(Loaded {
+            recording: Recording {
+                name: about.name,
+                sample_rate: about.sample_rate,
+                gravity: about.gravity,
+                load_title: about.load_title,
+                samples,
+            },
+            start_us: about.start_us,
+            notices: about.notices,
+            repairs: about.repairs,
+        })
+    }
+}
+
+/// Samples that get their times.
+struct Timed<'a> {
+    samples: Samples<'a>,
+    timing: &'a Timing,
+    start_us: i64,
+    sample_rate: f32,
+    /// Of the next sample.
+    index: usize,
+}
+
+impl Iterator for Timed<'_> {
+    type Item = io::Result<RecordedSample>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let mut sample = match self.samples.next()? {
+                Ok(sample) => sample,
+                Err(error) => return Some(Err(error)),
+            };
+            let index = self.index;
+            self.index += 1;
+            let timestamp = &mut sample.imu.timestamp;
+            match self.timing {
+                Timing::Stored => {}
+                Timing::Steady => *timestamp = steady_time(index, self.sample_rate),
+                Timing::Clock { kept } => {
+                    if kept.get(index) == Some(&false) {
+                        continue;
+                    }
+                    let clock_us = timestamp.as_micros().cast_signed();
+                    *timestamp = Timestamp::from_micros(clock_us.abs_diff(self.start_us));
+                }
+            }
+            return Some(Ok(sample));
+        }
+    }
+}
