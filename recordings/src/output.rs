@@ -1,5 +1,6 @@
 //! Tables of samples and estimates.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 use estimator_core::{
@@ -21,19 +22,70 @@ use crate::validity::VALIDITIES;
 /// | `qw` … `qz` | orientation, Hamilton, sensor → world | unit quaternion |
 /// | `lax`, `lay`, `laz` | linear acceleration, sensor frame | m/s² |
 /// | `bwx`, `bwy`, `bwz` | gyroscope bias, sensor frame | rad/s |
-/// | `state` | name of the [`Phase`](estimator_core::Phase) | |
+/// | `state` | name of the [`Phase`](estimator_core::Phase); `unknown` without a load | |
+/// | `decision` | the debounced [`Decision`]: 1 stable, 0 not, from the IMU alone | 0 or 1 |
 /// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |
 ///
 /// With half-widths, the first three are the paper's products of probabilities per axis; see
 /// [`Probabilities`](estimator_core::Probabilities).
 pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-     qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags";
+     qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,decision,flags";
 
 /// The header of a recording: what [`input::csv`](crate::input::csv) reads.
 const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 
-/// Writes the table of estimates, one row per estimate. Numbers read back as the same f32.
-/// `start_us` is what the recording's clock says at timestamp 0, µs.
+/// The column before those of [`HEADER`] in a table of several feet: the name of the foot.
+pub const FOOT: &str = "foot";
+
+/// Whether a table of estimates names the foot in each row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feet {
+    /// It is of one foot.
+    One,
+    /// It is of several, one after the other.
+    Several,
+}
+
+/// Writes the header of a table of estimates.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_header(feet: Feet, to: &mut dyn Write) -> io::Result<()> {
+    match feet {
+        Feet::One => writeln!(to, "{HEADER}"),
+        Feet::Several => writeln!(to, "{FOOT},{HEADER}"),
+    }
+}
+
+/// Writes a row of a table of estimates. Numbers read back as the same f32. `foot` is there where
+/// the table has several feet; `start_us` is what the recording's clock says at timestamp 0, µs.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_row(
+    foot: Option<&str>,
+    estimate: &ContactEstimate,
+    start_us: i64,
+    to: &mut dyn Write,
+) -> io::Result<()> {
+    if let Some(foot) = foot {
+        write!(to, "{},", quoted(foot))?;
+    }
+    write_time(estimate.timestamp, start_us, to)?;
+    write_estimate(estimate, to)?;
+    writeln!(to)
+}
+
+/// A name as a cell, in quotes where it has to be.
+fn quoted(name: &str) -> Cow<'_, str> {
+    if name.contains(['"', ',', '\n', '\r']) {
+        Cow::Owned(format!("\"{}\"", name.replace('"', "\"\"")))
+    } else {
+        Cow::Borrowed(name)
+    }
+}
+
+/// Writes the table of estimates of one foot.
 ///
 /// # Errors
 /// What the writer reports.
@@ -42,11 +94,9 @@ pub fn write_estimates(
     start_us: i64,
     to: &mut dyn Write,
 ) -> io::Result<()> {
-    writeln!(to, "{HEADER}")?;
+    write_header(Feet::One, to)?;
     for estimate in estimates {
-        write_time(estimate.timestamp, start_us, to)?;
-        write_estimate(estimate, to)?;
-        writeln!(to)?;
+        write_row(None, estimate, start_us, to)?;
     }
     Ok(())
 }
@@ -65,7 +115,7 @@ pub fn write_recording(samples: &[RecordedSample], to: &mut dyn Write) -> io::Re
 }
 
 /// Writes a recording with its estimates, one per sample: the columns of [`write_recording`],
-/// then those of [`HEADER`] but its time, and the debounced `decision`: `stable` or `not_stable`.
+/// then those of [`HEADER`] but its time.
 ///
 /// # Errors
 /// What the writer reports.
@@ -75,11 +125,11 @@ pub fn write_samples(
     to: &mut dyn Write,
 ) -> io::Result<()> {
     let estimates_header = HEADER.trim_start_matches("t,");
-    writeln!(to, "{RECORDING_HEADER},{estimates_header},decision")?;
+    writeln!(to, "{RECORDING_HEADER},{estimates_header}")?;
     for (sample, estimate) in samples.iter().zip(estimates) {
         write_sample(sample, to)?;
         write_estimate(estimate, to)?;
-        writeln!(to, ",{}", decision_name(estimate.decision))?;
+        writeln!(to)?;
     }
     Ok(())
 }
@@ -139,7 +189,9 @@ fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<
         write!(to, ",{number}")?;
     }
     let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();
-    write!(to, ",{},{}", estimate.phase.name(), flags.join("|"))
+    let decision = u8::from(estimate.decision == Decision::Stable);
+    let phase = estimate.phase.name();
+    write!(to, ",{phase},{decision},{}", flags.join("|"))
 }
 
 fn components(Vec3 { x, y, z }: Vec3) -> [f32; 3] {
@@ -226,9 +278,9 @@ mod tests {
         assert_eq!(
             table(estimate),
             "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags\n\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,decision,flags\n\
              1.500000,0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
-             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,time_gap\n"
+             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,1,time_gap\n"
         );
     }
 
@@ -241,10 +293,10 @@ mod tests {
             String::from_utf8(bytes).unwrap(),
             "t,ax,ay,az,wx,wy,wz,force,label,validity,\
              p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags,decision\n\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,decision,flags\n\
              1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated,\
              0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
-             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,time_gap,stable\n"
+             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,1,time_gap\n"
         );
         let mut bytes = Vec::new();
         write_recording(&[sample], &mut bytes).unwrap();
@@ -300,7 +352,10 @@ mod tests {
             flags: Flags::NONE.with(Flag::TimeGap).with(Flag::Saturated),
             ..ContactEstimate::default()
         };
-        assert_eq!(cells(estimate)[20..], ["quiet_swing", "saturated|time_gap"]);
+        assert_eq!(
+            cells(estimate)[20..],
+            ["quiet_swing", "0", "saturated|time_gap"]
+        );
     }
 
     #[test]

@@ -10,17 +10,32 @@
 //! | the clock jumps | steps of more than a second that are no usual steps of the recording |
 //! | rows arrive in batches | a third of the steps are less than a quarter of the mean |
 //! | the rate is low | it is below [`LOWEST_RATE`] |
+//! | a sensor clips | more than [`CLIPPED_A_STEP`] samples a step are at the end of its range |
+//! | the probability never rises | it is hardly ever above ½ while the foot is loaded, or in the whole recording |
 //!
 //! Rest is where the accelerations are quietest: a tenth of the recording, in pieces of a tenth of a
 //! second. So a foot that never rests may have findings that are wrong, and none is an error of its
 //! own.
 
+mod clipping;
+mod clock;
+mod histogram;
+mod rest;
+mod rise;
+
 use std::fmt;
 
 use estimator_core::params::STANDARD_GRAVITY;
-use estimator_core::{Gravity, Validity};
+use estimator_core::{ContactEstimate, Gravity};
 
 use crate::recording::{RecordedSample, Recording};
+use clipping::Clipping;
+use clock::ClockCheck;
+use histogram::Histogram;
+use rest::{Rest, RestSearch};
+use rise::Rise;
+
+pub use clipping::{CLIPPED_A_STEP, Sensor};
 
 /// The end of the range that gyroscopes on robots have, 2000 °/s, rad/s.
 pub const LARGEST_RATE: f32 = 34.9;
@@ -31,23 +46,11 @@ pub const LOWEST_RATE: f32 = 100.0;
 /// A measured rate may be below [`LOWEST_RATE`] by this, as a fraction.
 const RATE_TOLERANCE: f32 = 0.01;
 
-/// How long a piece is that is quiet as a whole, s.
-const PIECE_S: f32 = 0.1;
-
-/// The share of the pieces that counts as rest.
-const REST_SHARE: f64 = 0.1;
-
 /// How far |a| at rest may be from what it should be, as a factor.
 const NEAR: f32 = 1.2;
 
 /// Below this, there is no gravity in |a| at rest, m/s².
 const NO_GRAVITY: f32 = 0.5;
-
-/// From this step on the clock jumps, s, where it is also [`UNUSUAL`].
-const JUMP_S: f64 = 1.0;
-
-/// How many times the median step a step is that is not usual.
-const UNUSUAL: f64 = 20.0;
 
 /// One thing that is not plausible.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +97,23 @@ pub enum Finding {
         /// The share of steps that are much shorter than the mean, in [0, 1].
         share: f64,
     },
+    /// A sensor's range is too small for the steps.
+    Clips {
+        /// Which one.
+        sensor: Sensor,
+        /// How many samples are at the end of its range.
+        samples: u64,
+        /// How many steps they belong to.
+        steps: u64,
+        /// The largest reading of an axis, m/s² or rad/s.
+        largest: f32,
+    },
+    /// The probability stays low although the foot is loaded.
+    NeverRises {
+        /// The share of the loaded time in which it is above ½; `None` where no load is known, and
+        /// it is so in the whole recording.
+        loaded_share: Option<f64>,
+    },
     /// There are few samples in a window.
     LowRate {
         /// The sample rate, Hz.
@@ -114,6 +134,8 @@ impl Finding {
             Self::GravityNotAlongZ { .. } => "gravity_not_along_z",
             Self::ClockJumps { .. } => "clock_jumps",
             Self::Batches { .. } => "batches",
+            Self::Clips { .. } => "clips",
+            Self::NeverRises { .. } => "never_rises",
             Self::LowRate { .. } => "low_rate",
         }
     }
@@ -160,6 +182,27 @@ impl fmt::Display for Finding {
                 "{:.0} % of the rows come right after another, as if they arrive in batches: --times rate",
                 100.0 * share
             ),
+            Self::Clips {
+                sensor,
+                samples,
+                steps,
+                largest,
+            } => write!(
+                f,
+                "the {} clips at {largest:.0} {} in {samples} samples of {steps} steps, which hides landings: choose a larger range",
+                sensor.name(),
+                sensor.unit()
+            ),
+            Self::NeverRises {
+                loaded_share: Some(share),
+            } => write!(
+                f,
+                "the probability is above ½ in {:.1} % of the time under load: the units, the axes or the half-widths do not fit this robot (footfall calibrate)",
+                100.0 * share
+            ),
+            Self::NeverRises { loaded_share: None } => f.write_str(
+                "the probability never rises above ½: the units, the axes or the half-widths do not fit this robot (footfall calibrate), or the foot never stands",
+            ),
             Self::LowRate { rate } => write!(
                 f,
                 "{rate} Hz is too low for the windows of the estimate, which was chosen with {LOWEST_RATE} Hz and more"
@@ -171,76 +214,79 @@ impl fmt::Display for Finding {
 /// All that is not plausible about a recording.
 #[must_use]
 pub fn check(recording: &Recording) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    if let Some(rest) = rest(recording) {
-        findings.extend(check_gravity(&rest, recording.gravity));
+    let mut check = Check::new(recording.sample_rate, recording.gravity);
+    for sample in &recording.samples {
+        check.add(sample);
     }
-    let percentile = percentile_of_rate(&recording.samples);
-    if percentile > LARGEST_RATE {
-        findings.push(Finding::RateInDegrees { percentile });
-    }
-    findings.extend(check_clock(&recording.samples));
-    if recording.sample_rate < LOWEST_RATE * (1.0 - RATE_TOLERANCE) {
-        findings.push(Finding::LowRate {
-            rate: recording.sample_rate,
-        });
-    }
-    findings
+    check.findings()
 }
 
-/// What the accelerometer reads at rest.
-struct Rest {
-    /// The median of |a|, m/s².
-    size: f32,
-    /// The mean, m/s².
-    mean: [f32; 3],
+/// Looks at a recording sample by sample; memory grows with its length by a thousandth of it.
+pub struct Check {
+    sample_rate: f32,
+    gravity: Gravity,
+    rest: RestSearch,
+    rates: Histogram,
+    clock: ClockCheck,
+    clipping: Clipping,
+    rise: Rise,
 }
 
-/// Rest, where enough samples are valid to say.
-fn rest(recording: &Recording) -> Option<Rest> {
-    let length = (recording.sample_rate * PIECE_S).max(5.0) as usize;
-    let mut pieces: Vec<(f32, [f32; 3])> = recording
-        .samples
-        .chunks_exact(length)
-        .filter_map(piece)
-        .collect();
-    let count = ((pieces.len() as f64 * REST_SHARE).ceil() as usize).min(pieces.len());
-    pieces.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let quiet = &pieces[..count];
-    let mut sizes: Vec<f32> = quiet.iter().map(|(_, mean)| size(*mean)).collect();
-    sizes.sort_by(f32::total_cmp);
-    let mean = |axis: usize| {
-        let sum: f32 = quiet.iter().map(|(_, mean)| mean[axis]).sum();
-        sum / count as f32
-    };
-    Some(Rest {
-        size: *sizes.get(count / 2)?,
-        mean: [mean(0), mean(1), mean(2)],
-    })
-}
-
-/// The variance of the accelerations in a piece, and their mean; `None` where one is no number or
-/// not to be believed.
-fn piece(samples: &[RecordedSample]) -> Option<(f32, [f32; 3])> {
-    let (mut sums, mut squares) = ([0.0_f64; 3], 0.0_f64);
-    for sample in samples {
-        if sample.imu.checked_validity() != Validity::Valid {
-            return None;
-        }
-        let force = sample.imu.specific_force.0;
-        for (sum, value) in sums.iter_mut().zip([force.x, force.y, force.z]) {
-            *sum += f64::from(value);
-            squares += f64::from(value) * f64::from(value);
+impl Check {
+    /// Of a recording at `sample_rate` in Hz, whose accelerations contain gravity or not.
+    #[must_use]
+    pub fn new(sample_rate: f32, gravity: Gravity) -> Self {
+        Self {
+            sample_rate,
+            gravity,
+            rest: RestSearch::new(sample_rate),
+            rates: Histogram::default(),
+            clock: ClockCheck::default(),
+            clipping: Clipping::default(),
+            rise: Rise::default(),
         }
     }
-    let mean = sums.map(|sum| sum / samples.len() as f64);
-    let squared_mean: f64 = mean.iter().map(|value| value * value).sum();
-    let variance = squares / samples.len() as f64 - squared_mean;
-    Some((variance.max(0.0) as f32, mean.map(|value| value as f32)))
-}
 
-fn size([x, y, z]: [f32; 3]) -> f32 {
-    libm::sqrtf(x * x + y * y + z * z)
+    /// Takes in the next sample.
+    pub fn add(&mut self, sample: &RecordedSample) {
+        self.rest.add(sample);
+        let rate = sample.imu.angular_rate.0;
+        let largest = rate.x.abs().max(rate.y.abs()).max(rate.z.abs());
+        if largest.is_finite() {
+            self.rates.add(largest);
+        }
+        self.clock.add(sample.imu.timestamp);
+        self.clipping.add(sample);
+    }
+
+    /// Takes in the estimate of the sample that was taken in before.
+    pub fn add_estimate(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
+        self.clipping.add_decision(estimate.decision);
+        self.rise.add(sample.load, estimate.probabilities.stable);
+    }
+
+    /// What is not plausible about all of them.
+    #[must_use]
+    pub fn findings(&self) -> Vec<Finding> {
+        let rest = self.rest.rest();
+        let mut findings: Vec<_> = rest
+            .and_then(|rest| check_gravity(&rest, self.gravity))
+            .into_iter()
+            .collect();
+        let percentile = self.rates.quantile(0.99).unwrap_or(0.0);
+        if percentile > LARGEST_RATE {
+            findings.push(Finding::RateInDegrees { percentile });
+        }
+        findings.extend(self.clock.findings());
+        if self.sample_rate < LOWEST_RATE * (1.0 - RATE_TOLERANCE) {
+            findings.push(Finding::LowRate {
+                rate: self.sample_rate,
+            });
+        }
+        findings.extend(self.clipping.findings());
+        findings.extend(self.rise.finding(self.sample_rate));
+        findings
+    }
 }
 
 fn is_near(value: f32, expected: f32) -> bool {
@@ -270,7 +316,7 @@ fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
 /// The axis that is up, where it is not z: the accelerometer of a still sensor reads upwards.
 fn check_up(mean: [f32; 3]) -> Option<&'static str> {
     let [x, y, z] = mean;
-    if z > size(mean) * std::f32::consts::FRAC_1_SQRT_2 {
+    if z > rest::size(mean) * std::f32::consts::FRAC_1_SQRT_2 {
         return None;
     }
     let largest = x.abs().max(y.abs()).max(z.abs());
@@ -284,51 +330,6 @@ fn check_up(mean: [f32; 3]) -> Option<&'static str> {
     } else {
         "-z"
     })
-}
-
-/// Which one sample in a hundred exceeds, by the largest of the three axes, rad/s; 0 where there is
-/// none.
-fn percentile_of_rate(samples: &[RecordedSample]) -> f32 {
-    let mut rates: Vec<f32> = samples
-        .iter()
-        .map(|sample| sample.imu.angular_rate.0)
-        .map(|rate| rate.x.abs().max(rate.y.abs()).max(rate.z.abs()))
-        .filter(|rate| rate.is_finite())
-        .collect();
-    let index = rates.len() * 99 / 100;
-    if index >= rates.len() {
-        return 0.0;
-    }
-    *rates.select_nth_unstable_by(index, f32::total_cmp).1
-}
-
-/// What is wrong with the times.
-fn check_clock(samples: &[RecordedSample]) -> Vec<Finding> {
-    let mut steps: Vec<f64> = samples
-        .windows(2)
-        .map(|pair| pair[1].time_s() - pair[0].time_s())
-        .collect();
-    if steps.is_empty() {
-        return Vec::new();
-    }
-    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
-    let middle = steps.len() / 2;
-    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let mut findings = Vec::new();
-    let jumps = steps
-        .iter()
-        .filter(|step| **step > JUMP_S && **step > UNUSUAL * median);
-    let count = jumps.clone().count();
-    if count > 0 {
-        let longest_s = jumps.fold(0.0, |longest: f64, step| longest.max(*step));
-        findings.push(Finding::ClockJumps { count, longest_s });
-    }
-    let short = steps.iter().filter(|step| **step < 0.25 * mean).count();
-    let share = short as f64 / steps.len() as f64;
-    if share > 1.0 / 3.0 && count == 0 {
-        findings.push(Finding::Batches { share });
-    }
-    findings
 }
 
 #[cfg(test)]

@@ -1,19 +1,48 @@
 //! A recording through the estimator.
 
-use estimator_core::{ContactEstimate, ContactEstimator, Learnt, Params, ParamsError};
+use estimator_core::{ContactEstimate, ContactEstimator, Gravity, Learnt, Params, ParamsError};
 
-use crate::recording::Recording;
+use crate::recording::{RecordedSample, Recording};
 
 /// The longest window that a replay can have, in samples: four seconds at 1 kHz, far more than
 /// contact needs, for comparisons. The estimator then takes about 100 KB.
 pub const CAPACITY: usize = 4096;
 
+/// The estimator over the samples of one recording, one after the other.
+pub struct Replay(Box<ContactEstimator<CAPACITY>>);
+
+impl Replay {
+    /// Of a recording at `sample_rate` in Hz, whose accelerations contain gravity or not, whatever
+    /// `params` says about them.
+    ///
+    /// # Errors
+    /// A parameter out of its range; the window may have up to [`CAPACITY`] samples.
+    pub fn new(sample_rate: f32, gravity: Gravity, params: &Params) -> Result<Self, ParamsError> {
+        let params = Params {
+            sample_rate,
+            gravity,
+            ..*params
+        };
+        Ok(Self(Box::new(ContactEstimator::new(&params.validate()?))))
+    }
+
+    /// The estimate of the next sample.
+    pub fn update(&mut self, sample: &RecordedSample) -> ContactEstimate {
+        self.0.update(&sample.imu, sample.load)
+    }
+
+    /// What has been learnt from all samples.
+    #[must_use]
+    pub fn finish(mut self) -> Learnt {
+        self.0.finish();
+        self.0.learnt()
+    }
+}
+
 /// Runs the estimator over every sample of a recording: one estimate per sample, in their order.
 ///
-/// Sample rate and gravity are the recording's, whatever `params` says about them.
-///
 /// # Errors
-/// A parameter out of its range; the window may have up to [`CAPACITY`] samples.
+/// Those of [`Replay::new`].
 pub fn replay(recording: &Recording, params: &Params) -> Result<Vec<ContactEstimate>, ParamsError> {
     Ok(replay_and_learn(recording, params)?.0)
 }
@@ -38,30 +67,23 @@ pub fn replay_observed(
     params: &Params,
     mut after_each: impl FnMut(),
 ) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
-    let params = Params {
-        sample_rate: recording.sample_rate,
-        gravity: recording.gravity,
-        ..*params
-    };
-    let mut estimator = Box::new(ContactEstimator::<CAPACITY>::new(&params.validate()?));
+    let mut replay = Replay::new(recording.sample_rate, recording.gravity, params)?;
     let estimates = recording
         .samples
         .iter()
         .map(|sample| {
-            let estimate = estimator.update(&sample.imu, sample.load);
+            let estimate = replay.update(sample);
             after_each();
             estimate
         })
         .collect();
-    estimator.finish();
-    Ok((estimates, estimator.learnt()))
+    Ok((estimates, replay.finish()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::RecordedSample;
-    use estimator_core::{Flag, Gravity, ImuSample, Method, Timestamp};
+    use estimator_core::{Flag, ImuSample, Method, Timestamp};
 
     fn still_foot(sample_rate: f32) -> Recording {
         let period_us = (1.0e6 / sample_rate) as u64;

@@ -112,6 +112,14 @@ impl Opened {
             .map_err(|source| InputError::Spool { file, source })
     }
 
+    /// Reads the recording of each foot in it.
+    ///
+    /// # Errors
+    /// Those of [`Self::read`].
+    pub fn store_all(self, hints: &Hints) -> Result<Vec<Stored>, InputError> {
+        Ok(vec![self.store(hints)?])
+    }
+
     /// Reads it, in memory that does not grow with its length where it is a `csv`.
     ///
     /// # Errors

@@ -1,0 +1,59 @@
+//! Times that jump, and rows that arrive together.
+
+use estimator_core::Timestamp;
+
+use super::Finding;
+use crate::steps::{Steps, median};
+
+/// From this step on the clock jumps, s, where it is also [`UNUSUAL`].
+const JUMP_S: f64 = 1.0;
+
+/// How many times the median step a step is that is not usual.
+const UNUSUAL: f64 = 20.0;
+
+/// Collects the steps between samples.
+#[derive(Default)]
+pub(super) struct ClockCheck {
+    newest: Option<Timestamp>,
+    steps: Steps,
+}
+
+impl ClockCheck {
+    pub(super) fn add(&mut self, now: Timestamp) {
+        let before = self.newest.replace(now);
+        if let Some(step) = before.and_then(|before| now.micros_since(before)) {
+            self.steps.add(step);
+        }
+    }
+
+    /// What is wrong with the times.
+    pub(super) fn findings(&self) -> Vec<Finding> {
+        let sorted = self.steps.sorted();
+        let Some(median_us) = median(&sorted) else {
+            return Vec::new();
+        };
+        let total = self.steps.total() as f64;
+        let sum: u64 = sorted.iter().map(|(step, count)| step * count).sum();
+        let mean_us = sum as f64 / total;
+        let jump_us = (1.0e6 * JUMP_S).max(UNUSUAL * median_us as f64);
+        let jumps = sorted.iter().filter(|(step, _)| *step as f64 > jump_us);
+        let count: u64 = jumps.map(|(_, count)| count).sum();
+        let mut findings = Vec::new();
+        if count > 0 {
+            let longest_us = sorted.last().map_or(0, |(step, _)| *step);
+            findings.push(Finding::ClockJumps {
+                count: usize::try_from(count).unwrap_or(usize::MAX),
+                longest_s: longest_us as f64 / 1.0e6,
+            });
+        }
+        let short = sorted
+            .iter()
+            .filter(|(step, _)| (*step as f64) < 0.25 * mean_us);
+        let short: u64 = short.map(|(_, count)| count).sum();
+        let share = short as f64 / total;
+        if share > 1.0 / 3.0 && count == 0 {
+            findings.push(Finding::Batches { share });
+        }
+        findings
+    }
+}

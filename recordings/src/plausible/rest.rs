@@ -1,0 +1,94 @@
+//! What the accelerometer reads at rest: where the accelerations are quietest.
+
+use estimator_core::Validity;
+
+use crate::recording::RecordedSample;
+
+/// How long a piece is that is quiet as a whole, s.
+const PIECE_S: f32 = 0.1;
+
+/// The share of the pieces that counts as rest.
+const REST_SHARE: f64 = 0.1;
+
+/// What the accelerometer reads at rest.
+pub(super) struct Rest {
+    /// The median of |a|, m/s².
+    pub(super) size: f32,
+    /// The mean, m/s².
+    pub(super) mean: [f32; 3],
+}
+
+/// Collects what each piece of a recording says of rest.
+pub(super) struct RestSearch {
+    /// Samples of a piece.
+    length: usize,
+    /// Of the piece that is not full yet.
+    samples: usize,
+    sums: [f64; 3],
+    squares: f64,
+    /// Whether all its samples are to be believed.
+    valid: bool,
+    /// The variance of the accelerations in a piece, and their mean.
+    pieces: Vec<(f32, [f32; 3])>,
+}
+
+impl RestSearch {
+    pub(super) fn new(sample_rate: f32) -> Self {
+        Self {
+            length: (sample_rate * PIECE_S).max(5.0) as usize,
+            samples: 0,
+            sums: [0.0; 3],
+            squares: 0.0,
+            valid: true,
+            pieces: Vec::new(),
+        }
+    }
+
+    pub(super) fn add(&mut self, sample: &RecordedSample) {
+        self.valid &= sample.imu.checked_validity() == Validity::Valid;
+        let force = sample.imu.specific_force.0;
+        for (sum, value) in self.sums.iter_mut().zip([force.x, force.y, force.z]) {
+            *sum += f64::from(value);
+            self.squares += f64::from(value) * f64::from(value);
+        }
+        self.samples += 1;
+        if self.samples == self.length {
+            self.end_piece();
+        }
+    }
+
+    fn end_piece(&mut self) {
+        if self.valid {
+            let mean = self.sums.map(|sum| sum / self.samples as f64);
+            let squared_mean: f64 = mean.iter().map(|value| value * value).sum();
+            let variance = self.squares / self.samples as f64 - squared_mean;
+            let mean = mean.map(|value| value as f32);
+            self.pieces.push((variance.max(0.0) as f32, mean));
+        }
+        (self.samples, self.sums, self.squares) = (0, [0.0; 3], 0.0);
+        self.valid = true;
+    }
+
+    /// Rest, where enough samples are valid to say.
+    pub(super) fn rest(&self) -> Option<Rest> {
+        let mut pieces = self.pieces.clone();
+        let count = ((pieces.len() as f64 * REST_SHARE).ceil() as usize).min(pieces.len());
+        pieces.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let quiet = &pieces[..count];
+        let mut sizes: Vec<f32> = quiet.iter().map(|(_, mean)| size(*mean)).collect();
+        sizes.sort_by(f32::total_cmp);
+        let mean = |axis: usize| {
+            let sum: f32 = quiet.iter().map(|(_, mean)| mean[axis]).sum();
+            sum / count as f32
+        };
+        Some(Rest {
+            size: *sizes.get(count / 2)?,
+            mean: [mean(0), mean(1), mean(2)],
+        })
+    }
+}
+
+/// The length of a vector.
+pub(super) fn size([x, y, z]: [f32; 3]) -> f32 {
+    libm::sqrtf(x * x + y * y + z * z)
+}
