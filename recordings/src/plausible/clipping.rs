@@ -1,5 +1,5 @@
 //! Samples at the end of a sensor's range, as its source says or as the readings show: an axis that
-//! comes back to the same largest reading again and again.
+//! comes back to the same largest reading again and again, and stays there for some samples.
 
 use estimator_core::{Decision, Saturation, Validity};
 
@@ -9,8 +9,11 @@ use crate::recording::RecordedSample;
 /// A sensor may be at the end of its range for this many samples a step: the impact itself.
 pub const CLIPPED_A_STEP: u64 = 3;
 
-/// An axis that is at its largest reading in so many separate places is at the end of its range.
+/// An axis that is at its largest reading in so many separate places is at the end of its range,
 const LEAST_VISITS: u64 = 8;
+
+/// if it stays there for so many samples each time: a steady motion has its largest reading once.
+const LEAST_STAY: u64 = 2;
 
 /// One of the two sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,8 +131,11 @@ impl Clipping {
         let names = [Sensor::Accelerometer, Sensor::Gyroscope];
         let counted = names.into_iter().zip(&self.sensors);
         let finding = |(sensor, count): (Sensor, &SensorCount)| {
-            let is_end =
-                |end: &&End| end.visits >= LEAST_VISITS && end.value >= sensor.smallest_range();
+            let is_end = |end: &&End| {
+                end.visits >= LEAST_VISITS
+                    && end.samples >= LEAST_STAY * end.visits
+                    && end.value >= sensor.smallest_range()
+            };
             let seen: u64 = count
                 .ends
                 .iter()

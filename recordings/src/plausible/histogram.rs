@@ -28,11 +28,6 @@ impl Histogram {
         }
     }
 
-    /// How many sizes were counted.
-    pub(super) const fn total(&self) -> u64 {
-        self.total
-    }
-
     /// The size below which a `share` of them lies, in [0, 1], to its bin; `None` of none.
     pub(super) fn quantile(&self, share: f64) -> Option<f32> {
         let wanted = ((self.total as f64 * share) as u64).min(self.total.checked_sub(1)?);
@@ -66,7 +61,6 @@ mod tests {
             let found = histogram.quantile(share).unwrap();
             assert!(found <= exact && found > 0.992 * exact, "{share}: {found}");
         }
-        assert_eq!(histogram.total(), 1000);
         assert_eq!(histogram.from(512.0), 489);
     }
 }

@@ -1,5 +1,7 @@
 use super::*;
-use estimator_core::{AngularRate, ImuSample, SpecificForce, Timestamp, Vec3};
+use estimator_core::{
+    AngularRate, ImuSample, Load, Saturation, SpecificForce, Timestamp, Validity, Vec3,
+};
 
 /// A foot that rests and swings every second for 10 s at 200 Hz, with gravity along z.
 fn walk() -> Recording {
@@ -144,4 +146,68 @@ fn a_recording_without_a_valid_sample_has_nothing_to_find() {
     assert_eq!(found(&recording), [""; 0]);
     recording.samples.clear();
     assert_eq!(found(&recording), [""; 0]);
+}
+
+#[test]
+fn a_sensor_that_is_cut_off_is_found_and_one_that_just_reaches_its_end_is_not() {
+    // The swing's 12.2 m/s² and more along x, against a range of 2 g.
+    let clipped = |factor: f32| {
+        with_force(|force| Vec3::new((factor * force.x).clamp(-19.6, 19.6), force.y, force.z))
+    };
+    assert_eq!(found(&clipped(2.3)), [""; 0]);
+    assert_eq!(found(&clipped(4.0)), ["clips"]);
+    let Finding::Clips {
+        sensor, largest, ..
+    } = check(&clipped(4.0))[0]
+    else {
+        panic!("clipping")
+    };
+    assert_eq!((sensor, largest), (Sensor::Accelerometer, 19.6));
+}
+
+#[test]
+fn samples_that_their_source_calls_saturated_count_as_clipped() {
+    let mut recording = walk();
+    for sample in recording.samples.iter_mut().skip(400).take(3) {
+        sample.imu.validity = Validity::Saturated(Saturation::Gyroscope);
+    }
+    assert_eq!(found(&recording), [""; 0]);
+    recording.samples[500].imu.validity = Validity::Saturated(Saturation::Gyroscope);
+    assert_eq!(found(&recording), ["clips"]);
+}
+
+/// The findings about a walk under a load that is there in the first half of each second, with a
+/// probability for each sample.
+fn with_probability(loaded: bool, probability: impl Fn(usize) -> f32) -> Vec<&'static str> {
+    let recording = walk();
+    let mut check = Check::new(recording.sample_rate, recording.gravity);
+    for (k, sample) in recording.samples.iter().enumerate() {
+        let mut estimate = ContactEstimate::default();
+        estimate.probabilities.stable = probability(k);
+        let load = if k % 200 < 100 { 80.0 } else { 0.0 };
+        let sample = RecordedSample {
+            load: loaded.then_some(Load(load)),
+            ..*sample
+        };
+        check.add(&sample);
+        check.add_estimate(&sample, &estimate);
+    }
+    check.findings().iter().map(Finding::name).collect()
+}
+
+#[test]
+fn a_probability_that_does_not_rise_under_load_is_found() {
+    assert_eq!(with_probability(true, |_| 0.4), ["never_rises"]);
+    // In the air, it may be as high as it likes.
+    let in_the_air = |k: usize| if k % 200 < 100 { 0.4 } else { 0.9 };
+    assert_eq!(with_probability(true, in_the_air), ["never_rises"]);
+    let late = |k: usize| if k % 200 > 80 { 0.9 } else { 0.0 };
+    assert_eq!(with_probability(true, late), [""; 0]);
+}
+
+#[test]
+fn without_a_load_a_probability_that_never_rises_is_found() {
+    assert_eq!(with_probability(false, |_| 0.5), ["never_rises"]);
+    let once = |k: usize| if k == 1000 { 0.9 } else { 0.0 };
+    assert_eq!(with_probability(false, once), [""; 0]);
 }
