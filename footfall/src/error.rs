@@ -10,6 +10,7 @@ use crate::calibrate::CalibrationError;
 use crate::config::{ConfigError, Refusal};
 use crate::decode::DecodeError;
 use crate::files::OutputError;
+use crate::replay::foot::ReplayError;
 
 /// Why a command could not do what it was asked.
 #[derive(Debug, Error)]
@@ -43,6 +44,17 @@ pub enum Error {
         /// How many things are not.
         count: usize,
     },
+    /// The part of the recording that is asked for is over before it begins.
+    #[error("--to {to} does not come after --from {from}")]
+    EmptySpan {
+        /// Its start, s.
+        from: f64,
+        /// Its end, s.
+        to: f64,
+    },
+    /// The samples or rows cannot be kept while they are worked on.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
     /// A result could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),

@@ -24,15 +24,9 @@ pub enum OutputError {
         file: String,
     },
     /// Two results would go into one file.
-    #[error("{file} cannot be written: it is named for the table and for the picture")]
+    #[error("{file} cannot be written: it is named for two results")]
     SameFile {
         /// The second result, as it was named.
-        file: String,
-    },
-    /// Two pictures would go into one file.
-    #[error("{file} cannot be written: it is named for both pictures")]
-    SamePicture {
-        /// The second picture, as it was named.
         file: String,
     },
     /// There is a directory of that name.
@@ -47,12 +41,19 @@ pub enum OutputError {
         /// The directory, as it was named.
         file: String,
     },
-    /// A picture has the name of something else.
-    #[error("{file} cannot be written: pictures are SVG, so the name must end in .svg")]
-    NotSvg {
-        /// The picture, as it was named.
+    /// A result has the name of something else.
+    #[error("{file} cannot be written: {kind}, so the name must end in .{expected}")]
+    Extension {
+        /// The result, as it was named.
         file: String,
+        /// What results of its kind are.
+        kind: &'static str,
+        /// What its name must end in.
+        expected: &'static str,
     },
+    /// Two results would go to standard output.
+    #[error("standard output takes one result: the table (-) or --json, not both")]
+    StdoutTwice,
     /// Something else went wrong.
     #[error("{file} cannot be written: {source}")]
     Unwritable {
@@ -62,6 +63,9 @@ pub enum OutputError {
         source: io::Error,
     },
 }
+
+/// The name that stands for standard input or standard output.
+pub const STANDARD: &str = "-";
 
 /// Writes a file so that it appears under its name when it is complete, and not at all where
 /// something fails.
@@ -73,6 +77,9 @@ pub fn write_file(
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
     let file = path.display().to_string();
+    if path == Path::new(STANDARD) {
+        return to_stdout(content).map_err(|source| OutputError::Unwritable { file, source });
+    }
     if let Some(directory) = directory_of(path).filter(|directory| !directory.is_dir()) {
         return Err(OutputError::NoDirectory {
             file,
@@ -80,6 +87,12 @@ pub fn write_file(
         });
     }
     written(path, content).map_err(|source| OutputError::Unwritable { file, source })
+}
+
+fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut buffer = BufWriter::new(io::stdout().lock());
+    content(&mut buffer)?;
+    buffer.flush()
 }
 
 /// The directory that a path names, where it names one.

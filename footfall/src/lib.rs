@@ -9,7 +9,7 @@
 //! | a file becomes a recording | [`recordings::input`], with a bar from [`progress`] |
 //! | or a simulated foot walks one | [`gait`] |
 //! | whether the results can be written | [`targets`] |
-//! | the estimator runs over it | [`recordings::replay`] |
+//! | the estimator runs over it, sample by sample | [`replay`] with [`recordings::replay`] |
 //! | or learns a foot in advance, or finds what is wrong with the sensor | [`calibrate`] |
 //! | how good that was | [`scoring`]; as a report [`attitude`], as tables and pictures [`evaluate`] |
 //! | what the foot sends of it, and back again | [`walking_foot`], [`can_log`], [`decode`] |
@@ -27,6 +27,7 @@ pub mod evaluate;
 pub mod files;
 pub mod plot;
 pub mod progress;
+pub mod replay;
 pub mod report;
 pub mod summary;
 pub mod targets;

@@ -3,10 +3,15 @@
 use std::path::Path;
 
 use estimator_core::{ContactEstimate, Learnt, Params, ParamsError};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use recordings::input::{Format, InputError, Opened};
 use recordings::recording::Recording;
 use recordings::replay::replay_observed;
+
+use crate::files::STANDARD;
+
+/// Where the system has standard input.
+const STDIN: &str = "/dev/stdin";
 
 /// From this many samples on a bar is worth showing: below it the work takes no second.
 const LONG_RECORDING: u64 = 200_000;
@@ -14,22 +19,32 @@ const LONG_RECORDING: u64 = 200_000;
 /// From this many bytes on a file counts as long; a row takes about a hundred.
 const LONG_FILE: u64 = 100 * LONG_RECORDING;
 
-/// [`Opened::new`], with a bar while the file is read.
+/// The bars of recordings that are worked on at the same time.
+#[derive(Debug, Default)]
+pub struct Bars(MultiProgress);
+
+impl Bars {
+    /// A bar over the samples that are estimated.
+    #[must_use]
+    pub fn estimating(&self, samples: u64) -> ProgressBar {
+        self.0.add(bar("estimating", samples, LONG_RECORDING))
+    }
+}
+
+/// [`Opened::new`], with a bar while the file is read; `-` is standard input.
 ///
 /// # Errors
 /// Those of [`Opened::new`].
-pub fn open(path: &Path, format: Option<Format>) -> Result<Opened, InputError> {
+pub fn open(path: &Path, format: Option<Format>, bars: &Bars) -> Result<Opened, InputError> {
+    let path = if path == Path::new(STANDARD) {
+        Path::new(STDIN)
+    } else {
+        path
+    };
     Opened::through(path, format, |file, bytes| {
-        Box::new(bar("reading", bytes, LONG_FILE).wrap_read(file))
+        let bar = bars.0.add(bar("reading", bytes, LONG_FILE));
+        Box::new(bar.wrap_read(file))
     })
-}
-
-/// [`replay`](recordings::replay::replay), with a bar.
-///
-/// # Errors
-/// Those of [`replay`](recordings::replay::replay).
-pub fn replay(recording: &Recording, params: &Params) -> Result<Vec<ContactEstimate>, ParamsError> {
-    Ok(replay_and_learn(recording, params)?.0)
 }
 
 /// [`replay_and_learn`](recordings::replay::replay_and_learn), with a bar.

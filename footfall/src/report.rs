@@ -5,14 +5,14 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use estimator_core::ContactEstimate;
-use recordings::output::{write_estimates, write_samples};
+use recordings::output::write_samples;
 use recordings::recording::Recording;
 use serde::Serialize;
 
 use crate::error::Error;
 use crate::files::write_file;
 use crate::plot;
-use crate::summary::{InputReport, Summary};
+use crate::summary::Summary;
 
 /// How the summary is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,54 +22,45 @@ pub enum SummaryStyle {
     Text,
     /// One JSON object, and nothing else, on stdout.
     Json,
+    /// Nothing: stdout has the table.
+    Silent,
 }
 
-/// What a replay is to leave behind.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// Where the demo's results go.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Outputs {
-    /// Where the table of samples with their estimates goes.
-    pub samples: Option<PathBuf>,
-    /// Where the table of estimates goes.
-    pub estimates: Option<PathBuf>,
-    /// Where the picture goes.
-    pub plot: Option<PathBuf>,
+    /// The table of samples with their estimates.
+    pub samples: PathBuf,
+    /// The picture.
+    pub plot: PathBuf,
     /// What has been written already and is to be named too.
     pub others: Vec<PathBuf>,
-    /// What there is to say about the file that was read, where there was one.
-    pub input: Option<InputReport>,
-    /// How the summary is printed.
-    pub summary: SummaryStyle,
 }
 
-/// Writes the files asked for of a recording and its estimates, one per sample, and prints the
-/// summary. `start_us` is what the recording's clock says at timestamp 0, µs.
+/// Writes the table and the picture of a recording and its estimates, one per sample, and prints
+/// the summary.
 ///
 /// # Errors
 /// A file cannot be written, or stdout cannot.
 pub fn write_outputs(
     outputs: &Outputs,
     recording: &Recording,
-    start_us: i64,
     estimates: &[ContactEstimate],
 ) -> Result<(), Error> {
-    if let Some(path) = &outputs.samples {
-        write_file(path, |to| write_samples(&recording.samples, estimates, to))?;
-    }
-    if let Some(path) = &outputs.estimates {
-        write_file(path, |to| write_estimates(estimates, start_us, to))?;
-    }
-    if let Some(path) = &outputs.plot {
-        write_file(path, |to| {
-            to.write_all(plot::svg_at(start_us, recording, estimates)?.as_bytes())
-        })?;
-    }
-    let files = [&outputs.samples, &outputs.estimates, &outputs.plot];
-    let files = files.into_iter().flatten().chain(&outputs.others);
-    let summary = Summary {
-        input: outputs.input.clone(),
-        ..Summary::of(recording, estimates)
-    };
-    print(&summary, outputs.summary, files).map_err(Error::Print)
+    let Outputs {
+        samples,
+        plot,
+        others,
+    } = outputs;
+    write_file(samples, |to| {
+        write_samples(&recording.samples, estimates, to)
+    })?;
+    write_file(plot, |to| {
+        to.write_all(plot::svg(recording, estimates)?.as_bytes())
+    })?;
+    let files = [samples, plot].into_iter().chain(others);
+    let summary = Summary::of(recording, estimates);
+    print(&summary, SummaryStyle::Text, files).map_err(Error::Print)
 }
 
 /// Prints a summary, and for a person which files were written.
@@ -82,6 +73,7 @@ pub fn print<'a>(
     written: impl IntoIterator<Item = &'a PathBuf>,
 ) -> io::Result<()> {
     match style {
+        SummaryStyle::Silent => Ok(()),
         SummaryStyle::Json => print_json(summary),
         SummaryStyle::Text => {
             let mut stdout = io::stdout().lock();

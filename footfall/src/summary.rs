@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use estimator_core::{ContactEstimate, Flag, Phase};
+use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
 use recordings::input::{Loaded, Repairs};
 use recordings::plausible::Finding;
-use recordings::recording::Recording;
+use recordings::recording::{RecordedSample, Recording};
 use scoring::metrics::{Latency, Metrics};
 use scoring::scored::Scored;
 use serde::Serialize;
@@ -14,8 +14,11 @@ use serde::Serialize;
 /// The figures of one replay. `Display` is the summary for the terminal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// The recording's name.
+    /// The recording's name, and the foot's where it has one.
     pub recording: String,
+    /// The foot, where the recording names it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub foot: Option<String>,
     /// Number of samples.
     pub samples: usize,
     /// Time from the first sample to the last, s.
@@ -58,20 +61,26 @@ pub struct FindingReport {
 }
 
 impl InputReport {
-    /// Sums up a file and what is not plausible about it.
+    /// Sums up a file that is in memory and what is not plausible about it.
     #[must_use]
     pub fn of(loaded: &Loaded, findings: &[Finding]) -> Self {
+        Self::new(&loaded.notices, loaded.repairs, findings)
+    }
+
+    /// Sums up what was said about a file, what was repaired and what is not plausible.
+    #[must_use]
+    pub fn new(notices: &[String], repairs: Repairs, findings: &[Finding]) -> Self {
         let Repairs {
             blank_rows,
             dropped_rows,
             retimed_rows,
-        } = loaded.repairs;
+        } = repairs;
         let report = |finding: &Finding| FindingReport {
             name: finding.name(),
             message: finding.to_string(),
         };
         Self {
-            notices: loaded.notices.clone(),
+            notices: notices.to_vec(),
             blank_rows,
             dropped_rows,
             retimed_rows,
@@ -80,28 +89,121 @@ impl InputReport {
     }
 }
 
+/// The figures of all recordings and feet of one replay.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summaries {
+    /// The version of the program.
+    pub version: &'static str,
+    /// One for each foot of each recording.
+    pub recordings: Vec<Summary>,
+}
+
+impl Summaries {
+    /// Of these.
+    #[must_use]
+    pub const fn new(recordings: Vec<Summary>) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            recordings,
+        }
+    }
+}
+
+impl fmt::Display for Summaries {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, summary) in self.recordings.iter().enumerate() {
+            if k > 0 {
+                writeln!(f)?;
+            }
+            summary.fmt(f)?;
+        }
+        Ok(())
+    }
+}
+
+/// Counts what a [`Summary`] says, sample by sample.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    recording: String,
+    foot: Option<String>,
+    sample_rate_hz: f32,
+    samples: usize,
+    first_and_last: Option<(Timestamp, Timestamp)>,
+    /// In the order of [`Phase::ALL`].
+    states: [usize; Phase::ALL.len()],
+    /// In the order of [`Flag::ALL`].
+    flags: [usize; Flag::ALL.len()],
+    /// The samples that have a label.
+    scored: Vec<Scored>,
+}
+
+impl Tally {
+    /// Of a recording at this sample rate.
+    #[must_use]
+    pub fn new(recording: &str, foot: Option<&str>, sample_rate_hz: f32) -> Self {
+        Self {
+            recording: recording.to_owned(),
+            foot: foot.map(str::to_owned),
+            sample_rate_hz,
+            samples: 0,
+            first_and_last: None,
+            states: [0; Phase::ALL.len()],
+            flags: [0; Flag::ALL.len()],
+            scored: Vec::new(),
+        }
+    }
+
+    /// Counts a sample with its estimate.
+    pub fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
+        let now = sample.imu.timestamp;
+        self.samples += 1;
+        self.first_and_last.get_or_insert((now, now)).1 = now;
+        for (count, phase) in self.states.iter_mut().zip(Phase::ALL) {
+            *count += usize::from(estimate.phase == phase);
+        }
+        for (count, flag) in self.flags.iter_mut().zip(Flag::ALL) {
+            *count += usize::from(estimate.flags.contains(flag));
+        }
+        self.scored.extend(Scored::of(sample, estimate));
+    }
+
+    /// What it all comes to.
+    #[must_use]
+    pub fn finish(self) -> Summary {
+        let duration_us = self
+            .first_and_last
+            .and_then(|(first, last)| last.micros_since(first));
+        let samples = self.samples.max(1) as f64;
+        let shares = Phase::ALL.into_iter().zip(self.states);
+        let counts = Flag::ALL.into_iter().zip(self.flags);
+        Summary {
+            recording: self.recording,
+            foot: self.foot,
+            samples: self.samples,
+            duration_s: duration_us.unwrap_or(0) as f64 / 1.0e6,
+            sample_rate_hz: self.sample_rate_hz,
+            state_shares: shares
+                .map(|(phase, count)| (phase.name(), count as f64 / samples))
+                .collect(),
+            flag_counts: counts
+                .filter(|(_, count)| *count > 0)
+                .map(|(flag, count)| (flag.name(), count))
+                .collect(),
+            metrics: Metrics::of(&self.scored),
+            input: None,
+        }
+    }
+}
+
 impl Summary {
     /// Sums up a recording and its estimates, one per sample.
     #[must_use]
     pub fn of(recording: &Recording, estimates: &[ContactEstimate]) -> Self {
-        let share = |phase: Phase| {
-            let count = estimates.iter().filter(|e| e.phase == phase).count();
-            (phase.name(), count as f64 / estimates.len().max(1) as f64)
-        };
-        let count = |flag: Flag| {
-            let count = estimates.iter().filter(|e| e.flags.contains(flag)).count();
-            (count > 0).then_some((flag.name(), count))
-        };
-        Self {
-            recording: recording.name.clone(),
-            samples: recording.samples.len(),
-            duration_s: recording.duration_s(),
-            sample_rate_hz: recording.sample_rate,
-            state_shares: Phase::ALL.into_iter().map(share).collect(),
-            flag_counts: Flag::ALL.into_iter().filter_map(count).collect(),
-            metrics: Metrics::of(&Scored::collect(&recording.samples, estimates)),
-            input: None,
+        let mut tally = Tally::new(&recording.name, None, recording.sample_rate);
+        for (sample, estimate) in recording.samples.iter().zip(estimates) {
+            tally.add(sample, estimate);
         }
+        tally.finish()
     }
 }
 
@@ -180,8 +282,8 @@ fn latency_text(latency: &Latency) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::{Flags, Gravity, ImuSample, Probabilities, Timestamp};
-    use recordings::recording::{Label, RecordedSample};
+    use estimator_core::{Flags, Gravity, ImuSample, Probabilities};
+    use recordings::recording::Label;
 
     fn summary(labels: [Option<Label>; 4]) -> Summary {
         let phases = [Phase::Swing, Phase::Stance, Phase::Stance, Phase::Slip];

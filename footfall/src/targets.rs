@@ -5,52 +5,67 @@ use std::path::{Path, PathBuf};
 
 use recordings::input::InputError;
 
-use crate::files::{OutputError, directory_of};
+use crate::files::{OutputError, STANDARD, directory_of};
 
-/// Checks that the results of a replay can go where they should: into directories that exist, not
-/// over the recording, not over each other, and a picture into nothing but an `.svg`.
-///
-/// # Errors
-/// The first of these that does not hold.
-pub fn check(
-    input: &Path,
-    table: Option<&Path>,
-    picture: Option<&Path>,
-) -> Result<(), OutputError> {
-    for target in table.into_iter().chain(picture) {
-        check_directory(target)?;
-        if same_file(input, target) {
-            return Err(OutputError::OverInput {
-                file: named(target),
-            });
+/// A result, as its file is named.
+#[derive(Clone, Copy, Debug)]
+pub enum Target<'a> {
+    /// A table of estimates.
+    Table(&'a Path),
+    /// A picture.
+    Picture(&'a Path),
+    /// A configuration file.
+    Configuration(&'a Path),
+}
+
+impl<'a> Target<'a> {
+    const fn path(self) -> &'a Path {
+        match self {
+            Self::Table(path) | Self::Picture(path) | Self::Configuration(path) => path,
         }
     }
-    if let Some(picture) = picture {
-        check_is_svg(picture)?;
+
+    /// What it is, for people.
+    const fn kind(self) -> &'static str {
+        match self {
+            Self::Table(_) => "tables are CSV",
+            Self::Picture(_) => "pictures are SVG",
+            Self::Configuration(_) => "configurations are TOML",
+        }
     }
-    match (table, picture) {
-        (Some(table), Some(picture)) if same_file(table, picture) => Err(OutputError::SameFile {
-            file: named(picture),
-        }),
-        _ => Ok(()),
+
+    /// What its name ends in.
+    const fn extension(self) -> &'static str {
+        match self {
+            Self::Table(_) => "csv",
+            Self::Picture(_) => "svg",
+            Self::Configuration(_) => "toml",
+        }
     }
 }
 
-/// Checks that up to two pictures can go where they should, as [`check`] does.
+/// Checks that results can go where they should: into directories that exist, not over a
+/// recording, not over each other, and under names that tell what they are. Standard output takes
+/// one of them.
 ///
 /// # Errors
-/// The first thing that stands in the way.
-pub fn check_pictures(one: Option<&Path>, other: Option<&Path>) -> Result<(), OutputError> {
-    for picture in one.into_iter().chain(other) {
-        check_directory(picture)?;
-        check_is_svg(picture)?;
-    }
-    match (one, other) {
-        (Some(one), Some(other)) if same_file(one, other) => {
-            Err(OutputError::SamePicture { file: named(other) })
+/// The first of these that does not hold.
+pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputError> {
+    for (k, target) in targets.iter().enumerate() {
+        let path = target.path();
+        if inputs.iter().any(|input| same_file(input, path)) {
+            return Err(OutputError::OverInput { file: named(path) });
         }
-        _ => Ok(()),
+        if path != Path::new(STANDARD) {
+            check_directory(path)?;
+            check_extension(*target)?;
+        }
+        let is_same = |before: &Target<'_>| same_file(before.path(), path);
+        if targets[..k].iter().any(is_same) {
+            return Err(OutputError::SameFile { file: named(path) });
+        }
     }
+    Ok(())
 }
 
 /// Checks that a directory is there or can be made: that no file has its name.
@@ -79,15 +94,40 @@ fn check_directory(target: &Path) -> Result<(), OutputError> {
     }
 }
 
-fn check_is_svg(picture: &Path) -> Result<(), OutputError> {
+/// The file of one of several feet: the foot's name comes before the extension.
+#[must_use]
+pub fn with_foot(path: &Path, foot: &str) -> PathBuf {
+    let safe: String = foot
+        .chars()
+        .map(|c| {
+            if c.is_alphanumeric() || "-_.".contains(c) {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{safe}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
+    let path = target.path();
     // A pipe or a terminal is fine whatever its name.
-    let special = picture.exists() && !picture.is_file();
-    let extension = picture.extension().unwrap_or_default();
-    if special || extension.eq_ignore_ascii_case("svg") {
+    let special = path.exists() && !path.is_file();
+    let extension = path.extension().unwrap_or_default();
+    if special || extension.eq_ignore_ascii_case(target.extension()) {
         Ok(())
     } else {
-        Err(OutputError::NotSvg {
-            file: named(picture),
+        Err(OutputError::Extension {
+            file: named(path),
+            kind: target.kind(),
+            expected: target.extension(),
         })
     }
 }
@@ -107,6 +147,9 @@ pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
 
 /// Whether two names stand for one file, which need not exist yet.
 fn same_file(a: &Path, b: &Path) -> bool {
+    if a == Path::new(STANDARD) || b == Path::new(STANDARD) {
+        return false;
+    }
     resolved(a).is_some_and(|a| Some(a) == resolved(b))
 }
 

@@ -78,7 +78,7 @@ fn what_is_learnt_is_reported_drawn_and_accepted_by_a_replay() {
     let flags = |arguments: &str| {
         let summary = bench.stdout(&format!("replay walk.csv --json {arguments}"));
         let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
-        summary["flag_counts"]["settling"].clone()
+        summary["recordings"][0]["flag_counts"]["settling"].clone()
     };
     assert!(flags("").is_number());
     assert!(flags("--config robot.toml").is_null());

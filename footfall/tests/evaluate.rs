@@ -149,7 +149,7 @@ fn a_picture_that_cannot_be_written_is_found_before_anything_is_computed() {
         ),
         (
             "--histogram a.svg --reliability ./a.svg",
-            "./a.svg cannot be written: it is named for both pictures",
+            "./a.svg cannot be written: it is named for two results",
         ),
     ] {
         let error = bench.error(&format!("evaluate {arguments}"));

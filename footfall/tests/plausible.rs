@@ -19,7 +19,9 @@ fn said(bench: &Bench, options: &str) -> (String, Vec<String>) {
     let output = bench.run(&format!("replay x.csv --json {options}"));
     assert!(output.status.success(), "{output:?}");
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let findings = summary["input"]["findings"].as_array().expect("a list");
+    let findings = summary["recordings"][0]["input"]["findings"]
+        .as_array()
+        .expect("a list");
     let name = |finding: &serde_json::Value| finding["name"].as_str().expect("a name").to_owned();
     (text(&output.stderr), findings.iter().map(name).collect())
 }

@@ -21,14 +21,14 @@ fn a_replay_writes_one_row_per_sample_under_the_documented_header() {
         lines.next(),
         Some(
             "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,flags"
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,decision,flags"
         )
     );
     assert_eq!(lines.clone().count(), 1000);
     let last: Vec<_> = lines.last().expect("rows").split(',').collect();
     assert_eq!(
-        (last[0], last[20], last[21]),
-        ("0.999000", "stance", "settling")
+        (last[0], last[20], last[21], last[22]),
+        ("0.999000", "stance", "1", "settling")
     );
     let stable: f64 = last[1].parse().expect("a number");
     assert!(stable > 0.99 && stable <= 1.0, "{stable}");
@@ -90,7 +90,8 @@ fn a_replay_prints_a_summary() {
 fn with_json_stdout_holds_one_object_and_nothing_else() {
     let bench = Bench::with("walk.csv", standing());
     let stdout = bench.stdout("replay walk.csv --json --output out.csv --plot out.svg");
-    let summary: serde_json::Value = serde_json::from_str(&stdout).expect("one JSON object");
+    let json: serde_json::Value = serde_json::from_str(&stdout).expect("one JSON object");
+    let summary = &json["recordings"][0];
     assert_eq!(summary["samples"], 1000);
     assert_eq!(summary["sample_rate_hz"], 1000.0);
     assert!(summary["metrics"]["rmse"].is_number());
@@ -116,7 +117,7 @@ fn options_win_over_the_configuration_file_which_wins_over_the_preset() {
         let arguments = format!("replay walk.csv --json {arguments}");
         let summary: serde_json::Value =
             serde_json::from_str(&bench.stdout(&arguments)).expect("JSON");
-        summary["flag_counts"]["window_not_full"].clone()
+        summary["recordings"][0]["flag_counts"]["window_not_full"].clone()
     };
     assert_eq!(window("--gravity removed --preset paper"), 49);
     assert_eq!(window("--config robot.toml"), 29);
@@ -234,7 +235,7 @@ fn the_default_preset_takes_the_load_trigger_of_the_formats_robot() {
         let bench = Bench::with("x.csv", content);
         let json = bench.stdout(&format!("replay x.csv --format {format} --json"));
         let summary: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-        let shares = &summary["state_shares"];
+        let shares = &summary["recordings"][0]["state_shares"];
         let largest = |other: &str| shares[other].as_f64() <= shares[state].as_f64();
         assert!(
             ["stance", "quiet_swing", "swing", "slip"]

@@ -372,13 +372,14 @@ fn a_result_never_takes_the_place_of_the_recording() {
 #[test]
 fn two_results_never_go_into_one_file() {
     let bench = Bench::with("x.csv", standing());
+    assert_eq!(
+        bench.error("replay x.csv --output - --json"),
+        "footfall: standard output takes one result: the table (-) or --json, not both\n"
+    );
     for same in ["a.svg", "./a.svg"] {
         assert_eq!(
-            bench.error(&format!("replay x.csv --output a.svg --plot {same}")),
-            format!(
-                "footfall: {same} cannot be written: it is named for the table and for the \
-                 picture\n"
-            )
+            bench.error(&format!("evaluate --histogram a.svg --reliability {same}")),
+            format!("footfall: {same} cannot be written: it is named for two results\n")
         );
     }
     assert_eq!(bench.files(), ["x.csv"]);

@@ -64,7 +64,7 @@ fn estimates(bench: &Bench, arguments: &str) -> Vec<String> {
 /// A row of estimates without the state, which needs a load.
 fn without_state(row: &str) -> String {
     let mut cells: Vec<_> = row.split(',').collect();
-    cells.remove(cells.len() - 2);
+    cells.remove(cells.len() - 3);
     cells.join(",")
 }
 
@@ -136,7 +136,7 @@ fn plotjuggler_has_rows_of_other_topics_in_between() {
     let output = bench.run("replay plot.csv --json");
     let summary: serde_json::Value =
         serde_json::from_slice(&output.stdout).expect("one JSON object");
-    assert_eq!(summary["input"]["blank_rows"], 400);
+    assert_eq!(summary["recordings"][0]["input"]["blank_rows"], 400);
     let stderr = text(&output.stderr);
     assert!(
         stderr.contains("plot.csv: ax is /imu/linear_acceleration/x, ay is "),
@@ -191,8 +191,11 @@ fn a_blank_cell_of_pandas_is_not_a_number() {
     let bench = Bench::with("pandas.csv", content);
     let summary: serde_json::Value =
         serde_json::from_str(&bench.stdout("replay pandas.csv --json")).expect("JSON");
-    assert_eq!(summary["flag_counts"]["invalid_sample"], 1, "{summary}");
-    assert_eq!(summary["samples"], 400);
+    assert_eq!(
+        summary["recordings"][0]["flag_counts"]["invalid_sample"], 1,
+        "{summary}"
+    );
+    assert_eq!(summary["recordings"][0]["samples"], 400);
 }
 
 #[test]
@@ -424,9 +427,9 @@ fn times_that_do_not_advance_are_dropped_where_that_is_wanted_and_counted() {
     );
     let output = bench.run("replay x.csv --time-unit ms --times drop-bad --json");
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(summary["samples"], 997);
-    assert_eq!(summary["input"]["dropped_rows"], 3);
-    assert_eq!(summary["sample_rate_hz"], 1000.0);
+    assert_eq!(summary["recordings"][0]["samples"], 997);
+    assert_eq!(summary["recordings"][0]["input"]["dropped_rows"], 3);
+    assert_eq!(summary["recordings"][0]["sample_rate_hz"], 1000.0);
     assert_eq!(
         text(&output.stderr),
         "footfall: x.csv: 3 rows left out, whose times do not advance\n"
@@ -441,10 +444,10 @@ fn batches_are_spaced_by_the_rate_where_that_is_wanted_and_counted() {
         let arguments = format!("replay x.csv --time-unit ms --times rate --json {rate}");
         let output = bench.run(&arguments);
         let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-        assert_eq!(summary["samples"], 1000);
-        assert_eq!(summary["sample_rate_hz"], 1000.0);
+        assert_eq!(summary["recordings"][0]["samples"], 1000);
+        assert_eq!(summary["recordings"][0]["sample_rate_hz"], 1000.0);
         assert_eq!(summary["duration_s"], 0.999);
-        assert_eq!(summary["input"]["retimed_rows"], 900);
+        assert_eq!(summary["recordings"][0]["input"]["retimed_rows"], 900);
     }
 }
 

@@ -18,19 +18,22 @@ pub struct Scored {
 }
 
 impl Scored {
+    /// A sample with its total probability, where its label is known.
+    #[must_use]
+    pub fn of(sample: &RecordedSample, estimate: &ContactEstimate) -> Option<Self> {
+        Some(Self {
+            time: sample.imu.timestamp,
+            probability: f64::from(estimate.probabilities.stable),
+            label: sample.label?,
+        })
+    }
+
     /// The samples whose label is known, with their total probability.
     #[must_use]
     pub fn collect(samples: &[RecordedSample], estimates: &[ContactEstimate]) -> Vec<Self> {
-        samples
-            .iter()
-            .zip(estimates)
-            .filter_map(|(sample, estimate)| {
-                Some(Self {
-                    time: sample.imu.timestamp,
-                    probability: f64::from(estimate.probabilities.stable),
-                    label: sample.label?,
-                })
-            })
+        let pairs = samples.iter().zip(estimates);
+        pairs
+            .filter_map(|(sample, estimate)| Self::of(sample, estimate))
             .collect()
     }
 

@@ -10,7 +10,7 @@ use super::recording::Configuration;
 use crate::attitude::AttitudeReport;
 use crate::config::{Preset, parse_sample_rate};
 use crate::error::Error;
-use crate::progress;
+use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, print_text, warn};
 
 /// What `footfall attitude` takes.
@@ -43,13 +43,13 @@ impl AttitudeArguments {
             .inputs
             .iter()
             .map(|input| {
-                let (loaded, truth) =
-                    progress::open(input, Some(Format::Csv))?.read_with_orientation(&hints)?;
+                let (loaded, truth) = progress::open(input, Some(Format::Csv), &Bars::default())?
+                    .read_with_orientation(&hints)?;
                 loaded.notices.iter().for_each(warn);
                 let file = input.display().to_string();
                 let origins = configuration.origins(&file, self.sample_rate, None);
                 origins.check_effects(&params)?;
-                let estimates = progress::replay(&loaded.recording, &params)
+                let (estimates, _) = progress::replay_and_learn(&loaded.recording, &params)
                     .map_err(|error| origins.explain(&error, &params))?;
                 Ok(InclinationScore::of(&loaded.recording, &estimates, &truth))
             })

@@ -19,10 +19,10 @@ use crate::config::ConfigError;
 use crate::error::Error;
 use crate::files::write_file;
 use crate::plot;
-use crate::progress;
+use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, warn};
 use crate::summary::InputReport;
-use crate::targets;
+use crate::targets::{self, Target};
 
 /// What `footfall calibrate` takes.
 #[derive(Debug, Args)]
@@ -66,9 +66,12 @@ impl<R: Display> Display for WithInputs<'_, R> {
 impl CalibrateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         targets::check_inputs(&self.inputs)?;
-        for input in &self.inputs {
-            targets::check(input, self.output.as_deref(), self.plot.as_deref())?;
-        }
+        let configuration = self.output.iter().map(|path| Target::Configuration(path));
+        let picture = self.plot.iter().map(|path| Target::Picture(path));
+        targets::check(
+            &self.inputs,
+            &configuration.chain(picture).collect::<Vec<_>>(),
+        )?;
         let configuration = Configuration::read(self.recording.config.as_deref())?;
         if self.rests {
             self.calibrate_sensor(&configuration)
@@ -82,7 +85,7 @@ impl CalibrateArguments {
         let mut inputs = BTreeMap::new();
         let mut calibration = None;
         for input in &self.inputs {
-            let opened = progress::open(input, self.recording.format)?;
+            let opened = progress::open(input, self.recording.format, &Bars::default())?;
             let params = self.recording.params(configuration, opened.format());
             let file = input.display().to_string();
             let origins = configuration.origins(&file, self.recording.sample_rate, None);
@@ -123,7 +126,9 @@ impl CalibrateArguments {
         let loaded: Result<Vec<Loaded>, Error> = self
             .inputs
             .iter()
-            .map(|input| Ok(progress::open(input, self.recording.format)?.read(&hints)?))
+            .map(|input| {
+                Ok(progress::open(input, self.recording.format, &Bars::default())?.read(&hints)?)
+            })
             .collect();
         let loaded = loaded?;
         loaded

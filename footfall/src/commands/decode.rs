@@ -9,7 +9,7 @@ use crate::decode::{self, row::write_rows};
 use crate::error::Error;
 use crate::files::write_file;
 use crate::report::{SummaryStyle, print, warn};
-use crate::targets;
+use crate::targets::{self, Target};
 
 /// What `footfall decode` takes.
 #[derive(Debug, Args)]
@@ -29,7 +29,8 @@ pub struct DecodeArguments {
 
 impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        targets::check(&self.input, self.output.as_deref(), None)?;
+        let table: Vec<_> = self.output.iter().map(|path| Target::Table(path)).collect();
+        targets::check(std::slice::from_ref(&self.input), &table)?;
         let decoded = decode::read(&self.input, &self.nodes)?;
         decoded.notices.iter().for_each(warn);
         if let Some(path) = &self.output {

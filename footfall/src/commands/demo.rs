@@ -9,7 +9,7 @@ use gait::{Plan, SensorParams};
 
 use crate::error::Error;
 use crate::files::{OutputError, write_file};
-use crate::report::{Outputs, SummaryStyle, write_outputs};
+use crate::report::{Outputs, write_outputs};
 use crate::targets;
 use crate::walking_foot;
 
@@ -59,13 +59,10 @@ impl DemoArguments {
         write_file(&can, |to| to.write_all(sent.can_log().as_bytes()))?;
         write_file(&uart, |to| to.write_all(&sent.uart))?;
         let outputs = Outputs {
-            samples: Some(directory.join("samples.csv")),
-            estimates: None,
-            plot: Some(directory.join("plot.svg")),
+            samples: directory.join("samples.csv"),
+            plot: directory.join("plot.svg"),
             others: vec![can, uart],
-            input: None,
-            summary: SummaryStyle::Text,
         };
-        write_outputs(&outputs, &walk.recording, 0, &sent.estimates)
+        write_outputs(&outputs, &walk.recording, &sent.estimates)
     }
 }

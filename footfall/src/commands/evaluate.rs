@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::evaluate::{DATASETS, full_tables, histogram, reliability, table::Style};
 use crate::files::write_file;
 use crate::report::{print_json, print_text};
-use crate::targets;
+use crate::targets::{self, Target};
 
 /// What `footfall evaluate` takes.
 #[derive(Debug, Args)]
@@ -33,7 +33,13 @@ pub struct EvaluateArguments {
 
 impl EvaluateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        targets::check_pictures(self.histogram.as_deref(), self.reliability.as_deref())?;
+        let pictures = [&self.histogram, &self.reliability];
+        let pictures: Vec<_> = pictures
+            .into_iter()
+            .flatten()
+            .map(|path| Target::Picture(path))
+            .collect();
+        targets::check(&[], &pictures)?;
         let evaluation = Evaluation::run(&self.datasets)?;
         if let Some(path) = &self.histogram {
             write_file(path, |to| to.write_all(histogram(&evaluation)?.as_bytes()))?;

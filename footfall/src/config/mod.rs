@@ -96,7 +96,8 @@ pub use numbers::Numbers;
 pub use preset::Preset;
 pub use refusal::{Origins, RateOrigin, Refusal};
 pub use value::{
-    parse_gravity, parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_window,
+    parse_gravity, parse_gyro_timing, parse_learning, parse_method, parse_sample_rate,
+    parse_seconds, parse_window,
 };
 
 use value::checked_sample_rate;

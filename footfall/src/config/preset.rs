@@ -4,7 +4,6 @@ use clap::ValueEnum;
 use estimator_core::{Params, WindowLength};
 use firmware::imu::default_params;
 use recordings::input::Format;
-use recordings::recording::Recording;
 
 /// Durations that differ by less, as a part of themselves, are the same: a rate that was measured.
 const SAME_DURATION: f64 = 0.05;
@@ -50,7 +49,8 @@ impl Preset {
         self,
         format: Format,
         params: &Params,
-        recording: &Recording,
+        recording: &str,
+        sample_rate: f32,
     ) -> Option<String> {
         let preset = self.params(format);
         let WindowLength::Samples(samples) = preset.window else {
@@ -59,13 +59,12 @@ impl Preset {
         if params.window != preset.window || format == Format::PceGo1 {
             return None;
         }
-        let [there, here] = [preset.sample_rate, recording.sample_rate]
+        let [there, here] = [preset.sample_rate, sample_rate]
             .map(|rate| 1.0e3 * f64::from(samples) / f64::from(rate));
         ((here / there - 1.0).abs() > SAME_DURATION).then(|| {
             format!(
-                "{}: the window of the paper's preset, {samples} samples, lasts {here:.0} ms at {} Hz \
-                 and {there:.0} ms at the paper's rate: --window {there:.0}ms has the same duration",
-                recording.name, recording.sample_rate
+                "{recording}: the window of the paper's preset, {samples} samples, lasts {here:.0} ms at {sample_rate} Hz \
+                 and {there:.0} ms at the paper's rate: --window {there:.0}ms has the same duration"
             )
         })
     }

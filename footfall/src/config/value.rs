@@ -16,6 +16,19 @@ pub fn parse_window(text: &str) -> Result<WindowLength, String> {
     })
 }
 
+/// Reads a time since the first sample, s.
+///
+/// # Errors
+/// A sentence that says how to write it.
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    seconds
+        .filter(|seconds: &f64| (0.0..=1.0e9).contains(seconds))
+        .ok_or_else(|| {
+            format!("{text:?} is no time since the first sample: write seconds, such as 2.5")
+        })
+}
+
 /// Reads the method: `self_calibrating` or `half_widths`.
 ///
 /// # Errors

@@ -8,88 +8,127 @@ use std::ops::Range;
 /// A line, in pieces where values are missing: (time in s, value).
 pub(super) type Trace = Vec<Vec<(f64, f64)>>;
 
-/// The points that a line over `columns` pixel columns needs, from values in order of time.
-/// A missing value ends a piece.
-pub(super) fn polylines(
-    values: impl Iterator<Item = (f64, Option<f64>)>,
-    span: &Range<f64>,
-    columns: u32,
-) -> Trace {
-    let mut pieces = Trace::new();
-    let mut piece = Vec::new();
-    let mut bucket: Option<Bucket> = None;
-    for (time, value) in values {
-        let column = column_of(time, span, columns);
-        if let Some(full) = bucket.take_if(|b| value.is_none() || b.column != column) {
-            full.append_to(&mut piece);
+/// The time that a picture shows, s, and how many pixel columns it has for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Width {
+    /// The time from the left end to the right.
+    pub span: Range<f64>,
+    /// The pixel columns.
+    pub columns: u32,
+}
+
+/// The points that a line needs, from values in order of time.
+pub(super) struct Polyline {
+    width: Width,
+    pieces: Trace,
+    piece: Vec<(f64, f64)>,
+    bucket: Option<Bucket>,
+}
+
+impl Polyline {
+    pub(super) const fn new(width: Width) -> Self {
+        Self {
+            width,
+            pieces: Vec::new(),
+            piece: Vec::new(),
+            bucket: None,
+        }
+    }
+
+    /// Appends a value. A missing one ends a piece.
+    pub(super) fn add(&mut self, time: f64, value: Option<f64>) {
+        let column = self.width.column_of(time);
+        if let Some(full) = self
+            .bucket
+            .take_if(|bucket| value.is_none() || bucket.column != column)
+        {
+            full.append_to(&mut self.piece);
         }
         match value {
-            Some(value) => match &mut bucket {
+            Some(value) => match &mut self.bucket {
                 Some(bucket) => bucket.add((time, value)),
-                None => bucket = Some(Bucket::new(column, (time, value))),
+                None => self.bucket = Some(Bucket::new(column, (time, value))),
             },
-            None if piece.is_empty() => {}
-            None => pieces.push(std::mem::take(&mut piece)),
+            None if self.piece.is_empty() => {}
+            None => self.pieces.push(std::mem::take(&mut self.piece)),
         }
     }
-    if let Some(full) = bucket {
-        full.append_to(&mut piece);
+
+    pub(super) fn finish(mut self) -> Trace {
+        if let Some(full) = self.bucket {
+            full.append_to(&mut self.piece);
+        }
+        if !self.piece.is_empty() {
+            self.pieces.push(self.piece);
+        }
+        self.pieces
     }
-    if !piece.is_empty() {
-        pieces.push(piece);
-    }
-    pieces
 }
 
 /// The stretches of time in which something stays the same, to whole columns: a column shows what
 /// most of its samples are, so that areas are true and nothing is narrower than a column. A column
 /// without samples shows what the one before does.
-pub(super) fn stretches<T: Copy + PartialEq>(
-    values: impl Iterator<Item = (f64, T)>,
-    span: &Range<f64>,
-    columns: u32,
-) -> Vec<(Range<f64>, T)> {
-    let mut winners: Vec<(u32, T)> = Vec::new();
-    let mut votes: Vec<(T, usize)> = Vec::new();
-    let mut current = 0;
-    let mut close = |column: u32, votes: &mut Vec<(T, usize)>| {
-        if let Some((winner, _)) = votes.drain(..).max_by_key(|(_, count)| *count) {
-            winners.push((column, winner));
-        }
-    };
-    for (time, value) in values {
-        let column = column_of(time, span, columns);
-        if column != current {
-            close(current, &mut votes);
-            current = column;
-        }
-        match votes.iter_mut().find(|(candidate, _)| *candidate == value) {
-            Some((_, count)) => *count += 1,
-            None => votes.push((value, 1)),
-        }
-    }
-    close(current, &mut votes);
-
-    let width = (span.end - span.start) / f64::from(columns);
-    let time_of = |column: u32| span.start + f64::from(column) * width;
-    let runs: Vec<_> = winners
-        .chunk_by(|a, b| a.1 == b.1)
-        .map(|run| run[0])
-        .collect();
-    let ends = runs
-        .iter()
-        .skip(1)
-        .map(|(start, _)| *start)
-        .chain([columns]);
-    runs.iter()
-        .zip(ends)
-        .map(|((start, value), end)| (time_of(*start)..time_of(end), *value))
-        .collect()
+pub(super) struct Stretching<T> {
+    width: Width,
+    winners: Vec<(u32, T)>,
+    votes: Vec<(T, usize)>,
+    column: u32,
 }
 
-fn column_of(time: f64, span: &Range<f64>, columns: u32) -> u32 {
-    let along = (time - span.start) / (span.end - span.start);
-    ((along * f64::from(columns)) as u32).min(columns - 1)
+impl<T: Copy + PartialEq> Stretching<T> {
+    pub(super) const fn new(width: Width) -> Self {
+        Self {
+            width,
+            winners: Vec::new(),
+            votes: Vec::new(),
+            column: 0,
+        }
+    }
+
+    /// Appends a value.
+    pub(super) fn add(&mut self, time: f64, value: T) {
+        let column = self.width.column_of(time);
+        if column != self.column {
+            self.close();
+            self.column = column;
+        }
+        match self.votes.iter_mut().find(|(voted, _)| *voted == value) {
+            Some((_, count)) => *count += 1,
+            None => self.votes.push((value, 1)),
+        }
+    }
+
+    /// Ends a column.
+    fn close(&mut self) {
+        let winner = self.votes.drain(..).max_by_key(|(_, count)| *count);
+        if let Some((winner, _)) = winner
+            && self
+                .winners
+                .last()
+                .is_none_or(|(_, value)| *value != winner)
+        {
+            self.winners.push((self.column, winner));
+        }
+    }
+
+    pub(super) fn finish(mut self) -> Vec<(Range<f64>, T)> {
+        self.close();
+        let Width { span, columns } = &self.width;
+        let width = (span.end - span.start) / f64::from(*columns);
+        let time_of = |column: u32| span.start + f64::from(column) * width;
+        let starts = self.winners.iter().skip(1).map(|(start, _)| *start);
+        let ends = starts.chain([*columns]);
+        let runs = self.winners.iter().zip(ends);
+        runs.map(|((start, value), end)| (time_of(*start)..time_of(end), *value))
+            .collect()
+    }
+}
+
+impl Width {
+    fn column_of(&self, time: f64) -> u32 {
+        let along = (time - self.span.start) / (self.span.end - self.span.start);
+        ((along * f64::from(self.columns)) as u32).min(self.columns - 1)
+    }
 }
 
 /// What is kept of one pixel column.
@@ -136,6 +175,32 @@ impl Bucket {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn polylines(
+        values: impl Iterator<Item = (f64, Option<f64>)>,
+        span: &Range<f64>,
+        columns: u32,
+    ) -> Trace {
+        let span = span.clone();
+        let mut line = Polyline::new(Width { span, columns });
+        for (time, value) in values {
+            line.add(time, value);
+        }
+        line.finish()
+    }
+
+    fn stretches<T: Copy + PartialEq>(
+        values: impl Iterator<Item = (f64, T)>,
+        span: &Range<f64>,
+        columns: u32,
+    ) -> Vec<(Range<f64>, T)> {
+        let span = span.clone();
+        let mut stretching = Stretching::new(Width { span, columns });
+        for (time, value) in values {
+            stretching.add(time, value);
+        }
+        stretching.finish()
+    }
 
     #[test]
     fn a_peak_of_one_sample_among_a_million_survives() {

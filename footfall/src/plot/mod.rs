@@ -18,6 +18,7 @@ mod decimate;
 pub mod distribution;
 pub mod histogram;
 pub mod reliability;
+mod series;
 
 use std::io;
 use std::ops::Range;
@@ -28,8 +29,12 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use decimate::{Trace, polylines, stretches};
+use decimate::Trace;
 use recordings::recording::{Label, RecordedSample, Recording};
+use series::Series;
+
+pub use decimate::Width;
+pub use series::Collector;
 
 /// Width of the picture in its own units; a viewer may scale it.
 const WIDTH: u32 = 1600;
@@ -72,28 +77,70 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// What the drawing library says of a drawing.
 type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
-/// Draws a recording with its estimates, one per sample. Load and labels are drawn where they
-/// exist.
-///
-/// # Errors
-/// What the drawing library reports; writing to memory gives it no reason to.
-pub fn svg(recording: &Recording, estimates: &[ContactEstimate]) -> io::Result<String> {
-    svg_at(0, recording, estimates)
+/// The figure of one recording, which is drawn when all samples are in it.
+pub struct Figure {
+    title: String,
+    start_us: i64,
+    load_title: String,
+    collector: Collector,
 }
 
-/// Draws as [`svg`] does a recording whose clock says `start_us` at timestamp 0, µs. The axis
-/// counts from there on and says so: a time since 1970 has no room at every tick.
+impl Figure {
+    /// Of a recording that lasts from `span.start` to `span.end`, s, and whose clock says
+    /// `start_us` at timestamp 0, µs. The axis counts from there on and says so: a time since 1970
+    /// has no room at every tick.
+    #[must_use]
+    pub fn new(title: &str, start_us: i64, load_title: &str, span: Range<f64>) -> Self {
+        let width = Width {
+            span,
+            columns: plot_width(),
+        };
+        Self {
+            title: title.to_owned(),
+            start_us,
+            load_title: load_title.to_owned(),
+            collector: Collector::new(width, SHADE_COLUMN),
+        }
+    }
+
+    /// Takes in a sample with its estimate. Load and labels are drawn where they exist.
+    pub fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
+        self.collector.add(sample, estimate);
+    }
+
+    /// Draws it.
+    ///
+    /// # Errors
+    /// What the drawing library reports; writing to memory gives it no reason to.
+    pub fn svg(self) -> io::Result<String> {
+        let mut text = String::new();
+        let series = self.collector.finish();
+        let panels = panels(&self.load_title, &series);
+        draw(&mut text, &self.title, self.start_us, panels, &series).map_err(io::Error::other)?;
+        Ok(text)
+    }
+}
+
+/// The time that a recording covers, s: `samples` at `sample_rate` in Hz, over `duration_s` from the
+/// first at `start_s`. A single sample still needs an axis.
+#[must_use]
+pub fn span(start_s: f64, duration_s: f64, sample_rate: f32) -> Range<f64> {
+    start_s..start_s + duration_s.max(1.0 / f64::from(sample_rate))
+}
+
+/// Draws a recording with its estimates, one per sample.
 ///
 /// # Errors
-/// Those of [`svg`].
-pub fn svg_at(
-    start_us: i64,
-    recording: &Recording,
-    estimates: &[ContactEstimate],
-) -> io::Result<String> {
-    let mut text = String::new();
-    draw(&mut text, start_us, recording, estimates).map_err(io::Error::other)?;
-    Ok(text)
+/// Those of [`Figure::svg`].
+pub fn svg(recording: &Recording, estimates: &[ContactEstimate]) -> io::Result<String> {
+    let first = recording.samples.first();
+    let start_s = first.map_or(0.0, RecordedSample::time_s);
+    let span = span(start_s, recording.duration_s(), recording.sample_rate);
+    let mut figure = Figure::new(&recording.name, 0, &recording.load_title, span);
+    for (sample, estimate) in recording.samples.iter().zip(estimates) {
+        figure.add(sample, estimate);
+    }
+    figure.svg()
 }
 
 /// One line in a panel.
@@ -132,14 +179,14 @@ impl Stretches {
 
 fn draw(
     text: &mut String,
+    title: &str,
     start_us: i64,
-    recording: &Recording,
-    estimates: &[ContactEstimate],
+    mut panels: Vec<Panel>,
+    series: &Series,
 ) -> Drawn {
-    let time = time_span(recording);
-    let mut panels = panels(recording, estimates, &time);
-    let shades = shades(recording, estimates, &time);
-    let labels = label_track(recording, &time);
+    let time = &series.span;
+    let shades = shades(series);
+    let labels = label_track(series);
     if let (Some(_), Some(total)) = (&labels, panels.last_mut()) {
         total.range.end = TRACK.end + 0.06;
     }
@@ -151,9 +198,9 @@ fn draw(
 
     let root = SVGBackend::with_string(text, (WIDTH, height)).into_drawing_area();
     root.fill(&WHITE)?;
-    let (title, rest) = root.split_vertically(TITLE_HEIGHT);
+    let (head, rest) = root.split_vertically(TITLE_HEIGHT);
     let centred = text_style(TITLE_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
-    title.draw_text(&recording.name, &centred, (plot_middle(), 32))?;
+    head.draw_text(title, &centred, (plot_middle(), 32))?;
     let (legend, mut rest) = rest.split_vertically(legend_height);
     draw_legend(&legend, &panels, &blocks)?;
     let last = panels.len() - 1;
@@ -166,7 +213,7 @@ fn draw(
             (PANEL_HEIGHT, None, None)
         };
         let (area, below) = rest.split_vertically(panel_height);
-        draw_panel(&area, panel, &shades, track, &time, time_axis.as_deref())?;
+        draw_panel(&area, panel, &shades, track, time, time_axis.as_deref())?;
         rest = below;
     }
     root.present()?;
@@ -200,96 +247,56 @@ fn text_style(size: u32) -> TextStyle<'static> {
     (FONT, size).into_font().color(&BLACK)
 }
 
-fn time_span(recording: &Recording) -> Range<f64> {
-    let start = recording
-        .samples
-        .first()
-        .map_or(0.0, RecordedSample::time_s);
-    // A single sample still needs an axis.
-    let period = 1.0 / f64::from(recording.sample_rate);
-    start..start + recording.duration_s().max(period)
-}
-
-fn panels(recording: &Recording, estimates: &[ContactEstimate], time: &Range<f64>) -> Vec<Panel> {
-    let times = || recording.samples.iter().map(RecordedSample::time_s);
-    let probability = |pick: fn(&ContactEstimate) -> f32| {
-        let values = estimates.iter().map(|e| Some(f64::from(pick(e))));
-        polylines(times().zip(values), time, plot_width())
-    };
-    let of_probability = |axis_title: &str, colour, trace| Panel {
+fn panels(load_title: &str, series: &Series) -> Vec<Panel> {
+    let of_probability = |axis_title: &str, colour, trace: &Trace| Panel {
         axis_title: axis_title.to_owned(),
         range: -0.04..1.04,
         line: Line {
             colour,
             width: 2,
-            trace,
+            trace: trace.clone(),
         },
     };
-
-    let mut panels = Vec::new();
-    let loads = || {
-        let load = |load: estimator_core::Load| f64::from(load.0);
-        recording.samples.iter().map(move |s| s.load.map(load))
-    };
-    if let Some(range) = padded_range(loads().flatten()) {
-        let trace = polylines(times().zip(loads()), time, plot_width());
-        panels.push(Panel {
-            axis_title: recording.load_title.clone(),
-            range,
-            line: Line {
-                colour: LOAD_COLOUR,
-                width: 2,
-                trace,
-            },
-        });
-    }
-    let tangential = probability(|e| e.probabilities.tangential);
-    let vertical = probability(|e| e.probabilities.vertical);
-    let total = probability(|e| e.probabilities.stable);
+    let load = series.load.as_ref().map(|(trace, range)| Panel {
+        axis_title: load_title.to_owned(),
+        range: padded(range),
+        line: Line {
+            colour: LOAD_COLOUR,
+            width: 2,
+            trace: trace.clone(),
+        },
+    });
+    let mut panels: Vec<Panel> = load.into_iter().collect();
     panels.extend([
-        of_probability("P tangential", TANGENTIAL_COLOUR, tangential),
-        of_probability("P vertical", VERTICAL_COLOUR, vertical),
-        of_probability("P stable", TOTAL_COLOUR, total),
+        of_probability("P tangential", TANGENTIAL_COLOUR, &series.tangential),
+        of_probability("P vertical", VERTICAL_COLOUR, &series.vertical),
+        of_probability("P stable", TOTAL_COLOUR, &series.total),
     ]);
     panels
 }
 
 /// When the label says stable; `None` where there are no labels.
-fn label_track(recording: &Recording, time: &Range<f64>) -> Option<Stretches> {
-    let samples = recording.samples.iter();
-    let labels = samples.map(|s| (s.time_s(), s.label));
-    recording
-        .samples
-        .iter()
-        .any(|s| s.label.is_some())
-        .then(|| Stretches {
-            name: "label: stable",
-            colour: LABEL_COLOUR,
-            times: times_of(&stretches(labels, time, plot_width()), Some(Label::Stable)),
-        })
+fn label_track(series: &Series) -> Option<Stretches> {
+    let labels = series.labels.as_ref()?;
+    Some(Stretches {
+        name: "label: stable",
+        colour: LABEL_COLOUR,
+        times: times_of(labels, Some(Label::Stable)),
+    })
 }
 
-/// The range of values with a little room around it; `None` where there is no value.
-fn padded_range(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(v), high.max(v))
-    });
-    let padding = if high > low { 0.06 * (high - low) } else { 1.0 };
-    (low <= high).then_some(low - padding..high + padding)
+/// A range of values with a little room around it.
+fn padded(Range { start, end }: &Range<f64>) -> Range<f64> {
+    let padding = if end > start {
+        0.06 * (end - start)
+    } else {
+        1.0
+    };
+    start - padding..end + padding
 }
 
 /// The states that are shaded, as far as they occur.
-fn shades(
-    recording: &Recording,
-    estimates: &[ContactEstimate],
-    time: &Range<f64>,
-) -> Vec<Stretches> {
-    if recording.samples.iter().all(|s| s.load.is_none()) {
-        return Vec::new();
-    }
-    let times = recording.samples.iter().map(RecordedSample::time_s);
-    let phases = times.zip(estimates.iter().map(|e| e.phase));
-    let found = stretches(phases, time, plot_width() / SHADE_COLUMN);
+fn shades(series: &Series) -> Vec<Stretches> {
     [
         ("state: swing", SWING_SHADE, Phase::Swing),
         ("state: quiet swing", QUIET_SWING_SHADE, Phase::QuietSwing),
@@ -300,7 +307,7 @@ fn shades(
     .map(|(name, colour, phase)| Stretches {
         name,
         colour,
-        times: times_of(&found, phase),
+        times: times_of(&series.phases, phase),
     })
     .filter(|shade| !shade.times.is_empty())
     .collect()

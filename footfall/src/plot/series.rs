@@ -1,0 +1,92 @@
+//! What a figure shows of a recording, collected sample by sample.
+
+use std::ops::Range;
+
+use estimator_core::{ContactEstimate, Load, Phase};
+use recordings::recording::{Label, RecordedSample};
+
+use super::decimate::{Polyline, Stretching, Trace, Width};
+
+/// Collects the series of one foot; memory grows with the width of the figure alone.
+pub struct Collector {
+    width: Width,
+    load: Polyline,
+    tangential: Polyline,
+    vertical: Polyline,
+    total: Polyline,
+    phases: Stretching<Phase>,
+    labels: Stretching<Option<Label>>,
+    load_range: Option<Range<f64>>,
+    is_labelled: bool,
+}
+
+/// The series of one foot.
+pub(super) struct Series {
+    pub(super) span: Range<f64>,
+    /// The load, and its least and largest value; `None` where none is known.
+    pub(super) load: Option<(Trace, Range<f64>)>,
+    pub(super) tangential: Trace,
+    pub(super) vertical: Trace,
+    pub(super) total: Trace,
+    /// Which state the estimator sees; empty without any load, when it is always unknown.
+    pub(super) phases: Vec<(Range<f64>, Phase)>,
+    /// What the labels say; `None` where there are none.
+    pub(super) labels: Option<Vec<(Range<f64>, Option<Label>)>>,
+}
+
+impl Collector {
+    /// For a figure of this width; `shade` is the width of a column of shading, in pixel columns.
+    #[must_use]
+    pub fn new(width: Width, shade: u32) -> Self {
+        let line = || Polyline::new(width.clone());
+        let shades = Width {
+            columns: width.columns / shade,
+            ..width.clone()
+        };
+        Self {
+            load: line(),
+            tangential: line(),
+            vertical: line(),
+            total: line(),
+            phases: Stretching::new(shades),
+            labels: Stretching::new(width.clone()),
+            load_range: None,
+            is_labelled: false,
+            width,
+        }
+    }
+
+    /// Takes in a sample with its estimate.
+    pub fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
+        let time = sample.time_s();
+        let load = sample.load.map(|Load(load)| f64::from(load));
+        if let Some(load) = load {
+            let range = self.load_range.get_or_insert(load..load);
+            *range = range.start.min(load)..range.end.max(load);
+        }
+        self.load.add(time, load);
+        let p = estimate.probabilities;
+        self.tangential.add(time, Some(f64::from(p.tangential)));
+        self.vertical.add(time, Some(f64::from(p.vertical)));
+        self.total.add(time, Some(f64::from(p.stable)));
+        self.phases.add(time, estimate.phase);
+        self.labels.add(time, sample.label);
+        self.is_labelled |= sample.label.is_some();
+    }
+
+    pub(super) fn finish(self) -> Series {
+        let load = self.load.finish();
+        Series {
+            span: self.width.span,
+            phases: match self.load_range {
+                Some(_) => self.phases.finish(),
+                None => Vec::new(),
+            },
+            load: self.load_range.map(|range| (load, range)),
+            tangential: self.tangential.finish(),
+            vertical: self.vertical.finish(),
+            total: self.total.finish(),
+            labels: self.is_labelled.then(|| self.labels.finish()),
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Several recordings at once.
+
+use std::num::NonZeroUsize;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// Does the work on each of `items` on up to `jobs` threads; the results are in the items' order.
+/// After a failure no further item is begun: what was not is missing at the end.
+pub fn run<I: Sync, T: Send, E: Send>(
+    items: &[I],
+    jobs: NonZeroUsize,
+    work: impl Fn(&I) -> Result<T, E> + Sync,
+) -> Vec<Result<T, E>> {
+    let next = AtomicUsize::new(0);
+    let results: Mutex<Vec<(usize, Result<T, E>)>> = Mutex::default();
+    let worker = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(index) else {
+                return;
+            };
+            let result = work(item);
+            if result.is_err() {
+                next.store(items.len(), Ordering::Relaxed);
+            }
+            let mut results = results
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            results.push((index, result));
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..jobs.get().min(items.len()) {
+            scope.spawn(worker);
+        }
+        worker();
+    });
+    let mut results = results
+        .into_inner()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// As many threads as this machine has cores.
+#[must_use]
+pub fn all_cores() -> NonZeroUsize {
+    thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn jobs(count: usize) -> NonZeroUsize {
+        NonZeroUsize::new(count).unwrap()
+    }
+
+    #[test]
+    fn results_are_in_the_order_of_the_items_however_many_threads_there_are() {
+        let items: Vec<u32> = (0..100).collect();
+        for threads in [1, 2, 7, 200] {
+            let doubled: Result<Vec<u32>, ()> = run(&items, jobs(threads), |k| Ok(2 * k))
+                .into_iter()
+                .collect();
+            assert!(doubled.unwrap().into_iter().eq((0..100).map(|k| 2 * k)));
+        }
+        assert!(run(&[(); 0], jobs(4), |()| Ok::<(), ()>(())).is_empty());
+    }
+
+    #[test]
+    fn after_a_failure_nothing_further_is_begun() {
+        let results = run(
+            &[1, 2, 3],
+            jobs(1),
+            |k| if *k == 2 { Err(*k) } else { Ok(()) },
+        );
+        assert_eq!(results, [Ok(()), Err(2)]);
+    }
+}

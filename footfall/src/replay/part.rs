@@ -1,0 +1,53 @@
+//! The rows of one foot, until those of the feet before it are written.
+
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+
+use estimator_core::ContactEstimate;
+use recordings::output::write_row;
+use tempfile::SpooledTempFile;
+
+/// Bytes that stay in memory.
+const IN_MEMORY: usize = 8 << 20;
+
+/// The rows of one foot in the table of estimates.
+pub struct Part {
+    foot: Option<String>,
+    start_us: i64,
+    rows: BufWriter<SpooledTempFile>,
+}
+
+impl Part {
+    /// Without a row. `foot` is named in each row where it is given; `start_us` is what the
+    /// recording's clock says at timestamp 0, µs.
+    #[must_use]
+    pub fn new(foot: Option<String>, start_us: i64) -> Self {
+        Self {
+            foot,
+            start_us,
+            rows: BufWriter::with_capacity(1 << 16, SpooledTempFile::new(IN_MEMORY)),
+        }
+    }
+
+    /// Appends an estimate.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub fn add(&mut self, estimate: &ContactEstimate) -> io::Result<()> {
+        write_row(
+            self.foot.as_deref(),
+            estimate,
+            self.start_us,
+            &mut self.rows,
+        )
+    }
+
+    /// Writes all rows.
+    ///
+    /// # Errors
+    /// What the writer and the temporary file report.
+    pub fn write(&mut self, to: &mut dyn Write) -> io::Result<()> {
+        self.rows.seek(SeekFrom::Start(0))?;
+        io::copy(self.rows.get_mut(), to)?;
+        Ok(())
+    }
+}
