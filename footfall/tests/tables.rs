@@ -446,7 +446,7 @@ fn batches_are_spaced_by_the_rate_where_that_is_wanted_and_counted() {
         let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
         assert_eq!(summary["recordings"][0]["samples"], 1000);
         assert_eq!(summary["recordings"][0]["sample_rate_hz"], 1000.0);
-        assert_eq!(summary["duration_s"], 0.999);
+        assert_eq!(summary["recordings"][0]["duration_s"], 0.999);
         assert_eq!(summary["recordings"][0]["input"]["retimed_rows"], 900);
     }
 }
