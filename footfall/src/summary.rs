@@ -8,6 +8,7 @@ use recordings::input::{Loaded, Repairs};
 use recordings::plausible::Finding;
 use recordings::recording::{RecordedSample, Recording};
 use scoring::metrics::{Latency, Metrics};
+use scoring::running::RunningMetrics;
 use scoring::scored::Scored;
 use serde::Serialize;
 
@@ -133,8 +134,8 @@ pub struct Tally {
     states: [usize; Phase::ALL.len()],
     /// In the order of [`Flag::ALL`].
     flags: [usize; Flag::ALL.len()],
-    /// The samples that have a label.
-    scored: Vec<Scored>,
+    /// Of the samples that have a label.
+    metrics: RunningMetrics,
 }
 
 impl Tally {
@@ -149,7 +150,7 @@ impl Tally {
             first_and_last: None,
             states: [0; Phase::ALL.len()],
             flags: [0; Flag::ALL.len()],
-            scored: Vec::new(),
+            metrics: RunningMetrics::default(),
         }
     }
 
@@ -164,7 +165,9 @@ impl Tally {
         for (count, flag) in self.flags.iter_mut().zip(Flag::ALL) {
             *count += usize::from(estimate.flags.contains(flag));
         }
-        self.scored.extend(Scored::of(sample, estimate));
+        if let Some(scored) = Scored::of(sample, estimate) {
+            self.metrics.add(&scored);
+        }
     }
 
     /// What it all comes to.
@@ -189,7 +192,7 @@ impl Tally {
                 .filter(|(_, count)| *count > 0)
                 .map(|(flag, count)| (flag.name(), count))
                 .collect(),
-            metrics: Metrics::of(&self.scored),
+            metrics: self.metrics.finish(),
             input: None,
         }
     }

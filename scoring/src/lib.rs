@@ -4,7 +4,7 @@
 //! | step | module |
 //! |---|---|
 //! | a probability beside the truth | [`scored`] |
-//! | figures of merit | [`metrics`], [`reliability`]; of an orientation, [`inclination`] |
+//! | figures of merit | [`metrics`], [`reliability`]; of a long recording [`running`]; of an orientation, [`inclination`] |
 //! | the figures of a method on one recording and on several | [`score`] |
 //! | the sets of recordings with labels, and their families | [`sets`] |
 //! | the recordings, read or simulated | [`labelled`] |
@@ -28,6 +28,7 @@ pub mod method;
 pub mod metrics;
 pub mod peers;
 pub mod reliability;
+pub mod running;
 pub mod score;
 pub mod scored;
 pub mod sets;

@@ -64,18 +64,25 @@ pub fn brier_score(scored: &[Scored]) -> Option<f64> {
 /// `None` where only one label occurs.
 #[must_use]
 pub fn roc_auc(scored: &[Scored]) -> Option<f64> {
-    let mut ranked: Vec<&Scored> = scored.iter().collect();
-    ranked.sort_by(|a, b| a.probability.total_cmp(&b.probability));
+    let pair = |s: &Scored| (s.probability, s.label);
+    let mut ranked: Vec<_> = scored.iter().map(pair).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    roc_auc_of(&ranked)
+}
+
+/// [`roc_auc`] of pairs that are sorted by their probability.
+pub(crate) fn roc_auc_of<P: PartialEq>(ranked: &[(P, Label)]) -> Option<f64> {
+    let is_stable = |pair: &&(P, Label)| pair.1 == Label::Stable;
     let mut rank_sum = 0.0;
     let mut before = 0;
-    for tied in ranked.chunk_by(|a, b| a.probability == b.probability) {
-        let stable = tied.iter().filter(|s| s.label == Label::Stable).count();
+    for tied in ranked.chunk_by(|a, b| a.0 == b.0) {
+        let stable = tied.iter().filter(is_stable).count();
         let mean_rank = before as f64 + (tied.len() + 1) as f64 / 2.0;
         rank_sum += stable as f64 * mean_rank;
         before += tied.len();
     }
-    let stable = scored.iter().filter(|s| s.label == Label::Stable).count() as f64;
-    let others = scored.len() as f64 - stable;
+    let stable = ranked.iter().filter(is_stable).count() as f64;
+    let others = ranked.len() as f64 - stable;
     let pairs = stable * others;
     (pairs > 0.0).then(|| (rank_sum - stable * (stable + 1.0) / 2.0) / pairs)
 }
@@ -84,17 +91,33 @@ pub fn roc_auc(scored: &[Scored]) -> Option<f64> {
 /// `None` where "stable" is neither true nor answered anywhere.
 #[must_use]
 pub fn f1(scored: &[Scored]) -> Option<f64> {
-    let count = |label, answer| {
-        let matching = scored
-            .iter()
-            .filter(|s| s.label == label && s.answer() == answer);
-        matching.count() as f64
-    };
-    let hits = count(Label::Stable, Label::Stable);
-    let misses = count(Label::Stable, Label::NotStable);
-    let false_alarms = count(Label::NotStable, Label::Stable);
-    let all = 2.0 * hits + misses + false_alarms;
-    (all > 0.0).then(|| 2.0 * hits / all)
+    let mut answers = Answers::default();
+    scored.iter().for_each(|sample| answers.add(sample));
+    answers.f1()
+}
+
+/// How often the answer "stable" is right and wrong.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Answers {
+    hits: u64,
+    misses: u64,
+    false_alarms: u64,
+}
+
+impl Answers {
+    pub(crate) fn add(&mut self, sample: &Scored) {
+        match (sample.label, sample.answer()) {
+            (Label::Stable, Label::Stable) => self.hits += 1,
+            (Label::Stable, Label::NotStable) => self.misses += 1,
+            (Label::NotStable, Label::Stable) => self.false_alarms += 1,
+            (Label::NotStable, Label::NotStable) => {}
+        }
+    }
+
+    pub(crate) fn f1(self) -> Option<f64> {
+        let all = (2 * self.hits + self.misses + self.false_alarms) as f64;
+        (all > 0.0).then(|| 2.0 * self.hits as f64 / all)
+    }
 }
 
 /// The best F1 that any threshold on the probability gives, and so an upper bound that no threshold

@@ -28,31 +28,50 @@ pub struct Bin {
 /// holds 1 too.
 #[must_use]
 pub fn bins(scored: &[Scored]) -> Vec<Bin> {
-    let mut bins = [Bin::default(); BINS];
-    for sample in scored {
-        let index = (sample.probability * BINS as f64) as usize;
-        let bin = &mut bins[index.min(BINS - 1)];
-        bin.samples += 1;
-        bin.probability += sample.probability;
-        bin.stable += sample.truth();
-    }
-    let filled = bins.into_iter().filter(|bin| bin.samples > 0);
-    filled
-        .map(|bin| Bin {
-            samples: bin.samples,
-            probability: bin.probability / bin.samples as f64,
-            stable: bin.stable / bin.samples as f64,
-        })
-        .collect()
+    let mut sums = Sums::default();
+    scored.iter().for_each(|sample| sums.add(sample));
+    sums.bins()
 }
 
 /// The expected calibration error over [`bins`], in [0, 1], best 0. `None` where there is no
 /// sample.
 #[must_use]
 pub fn calibration_error(scored: &[Scored]) -> Option<f64> {
-    let apart = |bin: Bin| bin.samples as f64 * (bin.probability - bin.stable).abs();
-    let sum: f64 = bins(scored).into_iter().map(apart).sum();
-    (!scored.is_empty()).then(|| sum / scored.len() as f64)
+    let mut sums = Sums::default();
+    scored.iter().for_each(|sample| sums.add(sample));
+    sums.calibration_error()
+}
+
+/// What the bins are made of, sample by sample.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sums([Bin; BINS]);
+
+impl Sums {
+    pub(crate) fn add(&mut self, sample: &Scored) {
+        let index = (sample.probability * BINS as f64) as usize;
+        let bin = &mut self.0[index.min(BINS - 1)];
+        bin.samples += 1;
+        bin.probability += sample.probability;
+        bin.stable += sample.truth();
+    }
+
+    fn bins(&self) -> Vec<Bin> {
+        let filled = self.0.iter().filter(|bin| bin.samples > 0);
+        filled
+            .map(|bin| Bin {
+                samples: bin.samples,
+                probability: bin.probability / bin.samples as f64,
+                stable: bin.stable / bin.samples as f64,
+            })
+            .collect()
+    }
+
+    pub(crate) fn calibration_error(&self) -> Option<f64> {
+        let apart = |bin: Bin| bin.samples as f64 * (bin.probability - bin.stable).abs();
+        let samples: usize = self.0.iter().map(|bin| bin.samples).sum();
+        let sum: f64 = self.bins().into_iter().map(apart).sum();
+        (samples > 0).then(|| sum / samples as f64)
+    }
 }
 
 #[cfg(test)]

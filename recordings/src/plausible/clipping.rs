@@ -12,8 +12,12 @@ pub const CLIPPED_A_STEP: u64 = 3;
 /// An axis that is at its largest reading in so many separate places is at the end of its range,
 const LEAST_VISITS: u64 = 8;
 
-/// if it stays there for so many samples each time: a steady motion has its largest reading once.
+/// if it stays there for so many samples each time, as a steady motion does not,
 const LEAST_STAY: u64 = 2;
+
+/// and comes there from below this share of it at once: a smooth motion has a slow top, which looks
+/// flat where readings are rounded.
+const APPROACH: f32 = 0.99;
 
 /// One of the two sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +81,8 @@ struct End {
     value: f32,
     samples: u64,
     visits: u64,
+    /// The reading before.
+    newest: f32,
     is_there: bool,
 }
 
@@ -85,16 +91,15 @@ impl End {
         if value > self.value {
             *self = Self {
                 value,
-                samples: 1,
-                visits: 1,
-                is_there: true,
+                newest: self.newest,
+                ..Self::default()
             };
-        } else {
-            let is_there = value == self.value;
-            self.samples += u64::from(is_there);
-            self.visits += u64::from(is_there && !self.is_there);
-            self.is_there = is_there;
         }
+        let arrives = value == self.value && self.newest < APPROACH * value;
+        self.is_there = arrives || (self.is_there && value == self.value);
+        self.visits += u64::from(arrives);
+        self.samples += u64::from(self.is_there);
+        self.newest = value;
     }
 }
 

@@ -1,0 +1,209 @@
+//! Several recordings at once, standard input and output, a part of a recording, and a long one.
+
+mod common;
+
+use std::fs;
+use std::io::{Read, Write};
+use std::process::{Command, Stdio};
+
+use common::{AXES, Bench, read, standing};
+
+/// A bench with three recordings, each of a foot that rests in its own direction.
+fn three() -> Bench {
+    let bench = Bench::new();
+    for (name, tilt) in [("one", 0.0), ("two", 0.5), ("three", 1.0)] {
+        let row = |k: u32| format!("{:.3},{tilt},0,9.81,0,0,0\n", f64::from(k) * 1e-3);
+        let rows: String = (0..500).map(row).collect();
+        let path = bench.path(&format!("{name}.csv"));
+        fs::write(path, format!("t,{AXES}\n{rows}")).expect("a file");
+    }
+    bench
+}
+
+fn recordings(json: &str) -> Vec<serde_json::Value> {
+    let json: serde_json::Value = serde_json::from_str(json).expect("JSON");
+    json["recordings"].as_array().expect("a list").clone()
+}
+
+#[test]
+fn the_table_of_several_recordings_has_the_rows_of_each_with_its_name_in_order() {
+    let bench = three();
+    bench.stdout("replay one.csv two.csv three.csv --output all.csv");
+    let all = read(&bench.path("all.csv"));
+    let mut expected = String::new();
+    for name in ["one", "two", "three"] {
+        bench.stdout(&format!("replay {name}.csv --output {name}-p.csv"));
+        let table = read(&bench.path(&format!("{name}-p.csv")));
+        let (header, rows) = table.split_once('\n').expect("a header");
+        if expected.is_empty() {
+            expected = format!("foot,{header}\n");
+        }
+        expected.extend(rows.lines().map(|row| format!("{name},{row}\n")));
+    }
+    assert!(all == expected);
+}
+
+#[test]
+fn the_number_of_jobs_changes_nothing() {
+    let bench = three();
+    let inputs = "one.csv two.csv three.csv";
+    let outputs = |jobs: u32| {
+        let json = bench.stdout(&format!(
+            "replay {inputs} --jobs {jobs} --json --output {jobs}.csv"
+        ));
+        (json, read(&bench.path(&format!("{jobs}.csv"))))
+    };
+    let alone = outputs(1);
+    assert!(outputs(2) == alone && outputs(9) == alone);
+    let names: Vec<_> = recordings(&alone.0)
+        .iter()
+        .map(|one| one["recording"].as_str().expect("a name").to_owned())
+        .collect();
+    assert_eq!(names, ["one", "two", "three"]);
+}
+
+#[test]
+fn each_of_several_recordings_has_its_picture() {
+    let bench = three();
+    let summary = bench.stdout("replay one.csv two.csv --plot p.svg");
+    assert!(
+        summary.contains("written  p-one.svg\nwritten  p-two.svg"),
+        "{summary}"
+    );
+    assert!(read(&bench.path("p-two.svg")).contains("two"));
+}
+
+#[test]
+fn one_recording_that_cannot_be_read_is_named_and_nothing_is_written() {
+    let bench = three();
+    fs::write(bench.path("two.csv"), "t,ax\n0,0\n").expect("a file");
+    let error = bench.error("replay one.csv two.csv three.csv --output all.csv");
+    assert!(
+        error.starts_with("footfall: two.csv, line 1: missing"),
+        "{error}"
+    );
+    assert!(!bench.path("all.csv").exists());
+}
+
+/// What `footfall replay` makes of standard input.
+fn piped(bench: &Bench, arguments: &str, input: &str) -> std::process::Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
+        .args(arguments.split_whitespace())
+        .current_dir(&bench.directory)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command that was just built");
+    let mut stdin = child.stdin.take().expect("a pipe");
+    let input = input.to_owned();
+    let feeder = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
+    let output = child.wait_with_output().expect("an end");
+    feeder
+        .join()
+        .expect("a thread")
+        .expect("all of it was read");
+    output
+}
+
+#[test]
+fn a_dash_is_standard_input_and_standard_output() {
+    let bench = Bench::with("x.csv", standing());
+    bench.stdout("replay x.csv --output out.csv");
+    let output = piped(&bench, "replay - --output -", &standing());
+    assert!(output.status.success(), "{output:?}");
+    assert!(output.stdout == read(&bench.path("out.csv")).as_bytes());
+    assert!(output.stderr.is_empty(), "{output:?}");
+    assert_eq!(bench.files(), ["out.csv", "x.csv"]);
+}
+
+#[test]
+fn a_part_of_a_recording_has_the_estimates_that_it_has_in_the_whole() {
+    let bench = Bench::with("x.csv", standing());
+    bench.stdout("replay x.csv --output whole.csv");
+    let json = bench.stdout("replay x.csv --from 0.25 --to 0.5 --output part.csv --json");
+    let whole = read(&bench.path("whole.csv"));
+    let part = read(&bench.path("part.csv"));
+    assert_eq!(part.lines().count(), 251);
+    let rows: Vec<_> = whole.lines().skip(251).take(250).collect();
+    assert!(part.lines().skip(1).eq(rows));
+    assert_eq!(recordings(&json)[0]["samples"], 250);
+    assert_eq!(recordings(&json)[0]["duration_s"], 0.249);
+}
+
+#[test]
+fn a_part_that_is_none_is_refused() {
+    let bench = Bench::with("x.csv", standing());
+    assert_eq!(
+        bench.error("replay x.csv --from 2 --to 1.5"),
+        "footfall: --to 1.5 does not come after --from 2\n"
+    );
+    for wrong in ["--from=-1", "--to soon", "--from nan"] {
+        let error = bench.error(&format!("replay x.csv {wrong}"));
+        assert!(
+            error.contains("is no time since the first sample"),
+            "{error}"
+        );
+    }
+}
+
+/// The most memory a replay of so many rows from a pipe takes, KiB.
+#[cfg(target_os = "linux")]
+fn peak_memory(rows: u32, options: &str) -> u64 {
+    let bench = Bench::new();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
+        .args(format!("replay - {options}").split_whitespace())
+        .current_dir(&bench.directory)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the command that was just built");
+    let status = format!("/proc/{}/status", child.id());
+    let mut stdin = std::io::BufWriter::new(child.stdin.take().expect("a pipe"));
+    writeln!(stdin, "t,{AXES},force,label").expect("a pipe");
+    for k in 0..rows {
+        let phase = f64::from(k % 1000) / 1000.0;
+        let swing = if phase < 0.5 {
+            0.0
+        } else {
+            (40.0 * phase).sin()
+        };
+        let (force, label) = if phase < 0.5 { (80, 1) } else { (0, 0) };
+        let time = f64::from(k) / 1000.0;
+        writeln!(
+            stdin,
+            "{time:.3},{:.2},0,{:.2},0,{:.2},0,{force},{label}",
+            5.0 * swing,
+            9.81 + 3.0 * swing,
+            4.0 * swing
+        )
+        .expect("a pipe");
+    }
+    stdin.flush().expect("a pipe");
+    drop(stdin);
+    let mut peak = 0;
+    while child.try_wait().expect("a child").is_none() {
+        let status = fs::read_to_string(&status).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kib = line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok());
+        peak = peak.max(kib.unwrap_or(0));
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    let mut summary = String::new();
+    let mut stdout = child.stdout.take().expect("a pipe");
+    stdout.read_to_string(&mut summary).expect("text");
+    assert!(summary.contains(&format!("{rows} samples")), "{summary}");
+    peak
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_does_not_grow_with_the_length_of_a_recording() {
+    let options = "--output out.csv --plot out.svg";
+    let (short, long) = (
+        peak_memory(200_000, options),
+        peak_memory(1_600_000, options),
+    );
+    // The parts that are kept in memory are full after some 800,000 rows.
+    assert!(short > 1000 && long < 120_000, "{short} and {long} KiB");
+}
