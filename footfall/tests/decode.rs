@@ -24,7 +24,7 @@ fn what_the_demos_foot_sent_can_be_decoded() {
         assert!(report.ends_with("\nwritten  rows.csv\n"), "{report}");
         let table = read(&bench.path("rows.csv"));
         assert!(table.starts_with(
-            "t,interface,node,segment,sequence,p_stable,p_tangential,p_vertical,p_ax,"
+            "t,t_received,t_common,clock,interface,foot,node,segment,sequence,p_stable,"
         ));
         assert_eq!(table.lines().count(), rows + 1);
     }
@@ -49,7 +49,7 @@ fn what_cannot_be_decoded_is_an_error_that_names_the_file() {
     let bench = Bench::with("walk.csv", standing());
     let said = bench.error("decode walk.csv");
     assert!(
-        said.starts_with("footfall: walk.csv is neither a log of candump -l"),
+        said.starts_with("footfall: walk.csv is neither a log of CAN frames"),
         "{said}"
     );
     let said = bench.error("decode absent.bin");
@@ -60,6 +60,12 @@ fn what_cannot_be_decoded_is_an_error_that_names_the_file() {
     fs::write(bench.path("x.log"), "(1.000000) can0 711#00\n").expect("a file");
     let said = bench.error("decode x.log --output x.log");
     assert!(said.contains("x.log cannot be written"), "{said}");
+    let said = bench.error("decode absent.bin --output rows.csv");
+    assert!(
+        said.starts_with("footfall: absent.bin cannot be read"),
+        "{said}"
+    );
+    assert!(!bench.path("rows.csv").exists());
 }
 
 #[test]
@@ -70,7 +76,7 @@ fn a_program_is_neither_a_log_nor_a_recording() {
         .collect();
     let said = Bench::with("program", program).error("decode program --json");
     assert!(
-        said.starts_with("footfall: program is neither a log of candump -l"),
+        said.starts_with("footfall: program is neither a log of CAN frames"),
         "{said}"
     );
 }
@@ -87,7 +93,10 @@ fn a_node_with_another_id_is_a_foot_where_it_is_named() {
         ));
         let row = read(&bench.path("rows.csv"));
         let row = row.lines().nth(1).expect("a row");
-        assert!(row.starts_with("0.000120,can1,33,0,7,1,0.5"), "{row}");
+        assert!(
+            row.starts_with("0.000120,1.000000,1.000000,received,can1,,33,0,7,1,0.5"),
+            "{row}"
+        );
     }
     for id in ["0", "128", "foot"] {
         let said = bench.error(&format!("decode x.log --node {id}"));
