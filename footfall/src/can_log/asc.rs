@@ -68,7 +68,8 @@ impl Header {
                     ("timestamps", "relative") => Times::Differences,
                     _ => return None,
                 };
-                Some(true)
+                // Anything more is the next line, whose beginning is lost.
+                words.next().is_none().then_some(true)
             }
             "date" | "internal" | "no" | "Begin" | "End" | "previous" => Some(false),
             word if word.starts_with("//") => Some(false),
@@ -284,6 +285,7 @@ mod tests {
             "0.1 CANFD 1 Rx 191 name name 8 8 FF FF 80 80 0C 00 07 D8 1 1 0 0",
             "base oct timestamps absolute",
             "base hex",
+            "base hex timestamps absolute 0.1 1 191 Rx d 1 00",
         ] {
             assert_eq!(read(line), None, "{line:?}");
         }

@@ -5,12 +5,20 @@
 pub struct Foreign {
     /// What it is.
     pub what: &'static str,
-    /// What to do, in the imperative.
-    pub advice: &'static str,
+    /// What to do, in the imperative; `FILE` stands for its name.
+    advice: &'static str,
     /// Where the bytes below stand.
     at: usize,
     /// What it begins with, or has there.
     magic: &'static [u8],
+}
+
+impl Foreign {
+    /// What to do with the file of this name.
+    #[must_use]
+    pub fn advice_on(&self, file: &str) -> String {
+        self.advice.replace("FILE", file)
+    }
 }
 
 const fn foreign(magic: &'static [u8], what: &'static str, advice: &'static str) -> Foreign {

@@ -57,7 +57,7 @@ pub enum DecodeError {
         file: String,
     },
     /// It is something else, known by its first bytes.
-    #[error("{file} is {}, which is not read here; {}", .kind.what, .kind.advice)]
+    #[error("{file} is {}, which is not read here; {}", .kind.what, .kind.advice_on(.file))]
     Foreign {
         /// The file, as it was named.
         file: String,
