@@ -158,7 +158,7 @@ fn a_hyphen_is_standard_input_and_standard_output() {
     let output = piped(&bench, "decode - --output -", "nothing of a log\n");
     assert!(output.stdout.is_empty() && !output.status.success());
     let said = bench.error("decode x.log --json --output -");
-    assert!(said.contains("both want standard output"), "{said}");
+    assert!(said.contains("standard output takes one result"), "{said}");
 }
 
 #[test]

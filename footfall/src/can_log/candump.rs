@@ -16,7 +16,17 @@ const ERROR_FLAG: u32 = 0x2000_0000;
 /// Reads a line of either form; `None` where it is none.
 #[must_use]
 pub fn parse(line: &str) -> Option<Line<'_>> {
-    log_line(line).or_else(|| terminal_line(line))
+    log_line(line)
+        .or_else(|| terminal_line(line))
+        .or_else(|| explanation(line))
+}
+
+/// What an error frame means, in words, on an indented line of its own (`-e`).
+fn explanation(line: &str) -> Option<Line<'_>> {
+    line.starts_with('\t').then_some(Line {
+        time: None,
+        content: Content::Other(Other::Event),
+    })
 }
 
 /// Reads a line of `candump -l`; `None` where it is none.
@@ -431,6 +441,12 @@ mod tests {
         ] {
             assert_eq!(seconds(date), Some(days * 86_400), "{date}");
         }
+    }
+
+    #[test]
+    fn what_an_error_frame_means_is_an_event() {
+        let line = "\tcontroller-problem{tx-error-warning}";
+        assert_eq!(content(line), Some(Content::Other(Other::Event)));
     }
 
     #[test]

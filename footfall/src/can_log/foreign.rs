@@ -38,7 +38,7 @@ const BY_PYTHON_CAN: &str =
 const BY_WIRESHARK: &str = "record with candump -l, which is read here";
 
 /// For recordings of topics.
-const BY_TOPIC: &str = "it holds topics, no frames: write a table of its Imu topic for footfall replay, see docs/formats.md";
+const BY_TOPIC: &str = "it holds topics, no frames: see footfall replay and docs/formats.md";
 
 /// For tables in another coding.
 const BY_TABLE: &str = "write it as CSV";

@@ -36,6 +36,9 @@ fn is_frame(line: Option<Line<'_>>) -> bool {
     matches!(line, Some(line) if matches!(line.content, Content::Frame(..)))
 }
 
+/// No two frames of a log are as far apart, µs: eleven days.
+const LONGEST_DIFFERENCE_US: u64 = 1_000_000_000_000;
+
 /// Times since one moment hardly ever fall; differences do every few lines.
 fn printed_times(text: &str) -> Times {
     let times: Vec<u64> = text
@@ -47,6 +50,10 @@ fn printed_times(text: &str) -> Times {
     let rises = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
     // Frames of a steady bus: the same difference again and again.
     let is_steady = rises <= 1 && times.len() > 2 && times.last() > Some(&0);
+    if times.iter().any(|time| *time > LONGEST_DIFFERENCE_US) {
+        // Since 1970, where the clocks of two interfaces may differ, or stamp several at once.
+        return Times::Absolute;
+    }
     if falls * 10 > falls + rises || is_steady {
         Times::Differences
     } else {
@@ -106,6 +113,16 @@ mod tests {
             ),
             (&["1609459200.000000", "1609459200.001000"], Times::Absolute),
             (&["000.000000"], Times::Absolute),
+            (&["1609459200.000000"; 4], Times::Absolute),
+            (
+                &[
+                    "1609459200.000000",
+                    "1609459199.000000",
+                    "1609459200.001000",
+                    "1609459199.001000",
+                ],
+                Times::Absolute,
+            ),
             (
                 &[
                     "000.000000",
