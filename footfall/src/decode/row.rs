@@ -3,11 +3,9 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use estimator_core::{Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
+use estimator_core::{Decision, Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
 use wire::NodeId;
 use wire::pdo::Status;
-
-use recordings::output::decision_name;
 
 /// The header of the table of decoded rows. Columns that `samples.csv` has too have its names,
 /// its units and its meaning; a cell is blank where nothing was sent with that sample.
@@ -26,7 +24,7 @@ use recordings::output::decision_name;
 /// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in [`HEADER`](recordings::output::HEADER) | |
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
 /// | `temperature` | the sensor's | °C |
-/// | `decision` | `stable` or `not_stable`, debounced | |
+/// | `decision` | 1 stable, 0 not, debounced | 0 or 1 |
 /// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN say less: `saturated`, `starting` for a window that is not full or an attitude that is not known, `doubtful` for the others | |
 pub const HEADER: &str = "t,t_received,t_common,clock,interface,foot,node,segment,sequence,p_stable,p_tangential,p_vertical,\
      p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
@@ -164,7 +162,7 @@ pub fn write_row(row: &Row, to: &mut dyn Write) -> io::Result<()> {
         cells(to, vector.map(|v| [v.x, v.y, v.z]))?;
     }
     cells(to, row.temperature.map(|celsius| [celsius]))?;
-    let decision = decision_name(row.status.decision());
+    let decision = u8::from(row.status.decision() == Decision::Stable);
     let state = row.status.phase().name();
     writeln!(to, ",{state},{decision},{}", row.flag_names().join("|"))
 }
@@ -249,7 +247,7 @@ mod tests {
             ]
         );
         assert!(bare[12..32].iter().all(String::is_empty));
-        assert_eq!(bare[32..], ["unknown", "not_stable", "doubtful"]);
+        assert_eq!(bare[32..], ["unknown", "0", "doubtful"]);
         let cells: Vec<_> = HEADER
             .split(',')
             .zip(full.iter().map(String::as_str))
@@ -290,7 +288,7 @@ mod tests {
                 ("bwz", "9"),
                 ("temperature", "25.5"),
                 ("state", "stance"),
-                ("decision", "stable"),
+                ("decision", "1"),
                 ("flags", "time_gap"),
             ]
         );
