@@ -89,8 +89,8 @@ impl Header {
             return Some(Content::Other(Other::Event));
         }
         match words.next()? {
-            "ErrorFrame" => return Some(Content::Other(Other::Error)),
-            "OverloadFrame" | "Statistic:" => return Some(Content::Other(Other::Event)),
+            "ErrorFrame" => Some(Content::Other(Other::Error)),
+            "OverloadFrame" | "Statistic:" => Some(Content::Other(Other::Event)),
             id => {
                 let id = self.identifier(id)?;
                 match words.next()? {

@@ -188,9 +188,9 @@ fn cells<const N: usize>(to: &mut dyn Write, numbers: Option<[f32; N]>) -> io::R
 mod tests {
     use super::*;
 
-    fn written(row: Row) -> Vec<String> {
+    fn written(row: &Row) -> Vec<String> {
         let mut bytes = Vec::new();
-        write_row(&row, &mut bytes).unwrap();
+        write_row(row, &mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let row = text.trim_end();
         row.split(',').map(str::to_owned).collect()
@@ -237,7 +237,7 @@ mod tests {
             status: Status::from_bits(0x19),
             flags: Some(Flags::NONE.with(Flag::TimeGap).bits()),
         };
-        let (bare, full) = (written(bare), written(full));
+        let (bare, full) = (written(&bare), written(&full));
         let columns = HEADER.split(',').count();
         assert_eq!((bare.len(), full.len()), (columns, columns));
         assert_eq!(
