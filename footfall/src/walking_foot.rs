@@ -152,8 +152,8 @@ impl Bus {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::decode;
     use crate::decode::report::BoardReport;
+    use crate::decode::{Feet, decode};
     use estimator_core::{Saturation, Validity};
     use firmware::imu::default_params;
     use gait::{GaitName, Ground, Plan, SensorParams, simulate};
@@ -209,7 +209,8 @@ mod tests {
 
     /// The last health message of a second on the serial line.
     fn health_after(change: impl FnMut(usize, &mut Measurement)) -> BoardReport {
-        let decoded = decode(&sent(change).uart, "uart.bin", &[]).expect("a recording");
+        let decoded =
+            decode(&sent(change).uart, "uart.bin", &Feet::default()).expect("a recording");
         decoded.report.board.expect("a health message")
     }
 

@@ -3,6 +3,8 @@
 mod common;
 
 use std::fs;
+use std::io::Write;
+use std::process::{Command, Stdio};
 
 use common::{Bench, read, standing, text};
 
@@ -24,7 +26,7 @@ fn what_the_demos_foot_sent_can_be_decoded() {
         assert!(report.ends_with("\nwritten  rows.csv\n"), "{report}");
         let table = read(&bench.path("rows.csv"));
         assert!(table.starts_with(
-            "t,interface,node,segment,sequence,p_stable,p_tangential,p_vertical,p_ax,"
+            "t,t_received,t_common,clock,interface,foot,node,segment,sequence,p_stable,"
         ));
         assert_eq!(table.lines().count(), rows + 1);
     }
@@ -49,7 +51,7 @@ fn what_cannot_be_decoded_is_an_error_that_names_the_file() {
     let bench = Bench::with("walk.csv", standing());
     let said = bench.error("decode walk.csv");
     assert!(
-        said.starts_with("footfall: walk.csv is neither a log of candump -l"),
+        said.starts_with("footfall: walk.csv is neither a log of CAN frames"),
         "{said}"
     );
     let said = bench.error("decode absent.bin");
@@ -60,6 +62,12 @@ fn what_cannot_be_decoded_is_an_error_that_names_the_file() {
     fs::write(bench.path("x.log"), "(1.000000) can0 711#00\n").expect("a file");
     let said = bench.error("decode x.log --output x.log");
     assert!(said.contains("x.log cannot be written"), "{said}");
+    let said = bench.error("decode absent.bin --output rows.csv");
+    assert!(
+        said.starts_with("footfall: absent.bin cannot be read"),
+        "{said}"
+    );
+    assert!(!bench.path("rows.csv").exists());
 }
 
 #[test]
@@ -70,7 +78,7 @@ fn a_program_is_neither_a_log_nor_a_recording() {
         .collect();
     let said = Bench::with("program", program).error("decode program --json");
     assert!(
-        said.starts_with("footfall: program is neither a log of candump -l"),
+        said.starts_with("footfall: program is neither a log of CAN frames"),
         "{said}"
     );
 }
@@ -87,7 +95,10 @@ fn a_node_with_another_id_is_a_foot_where_it_is_named() {
         ));
         let row = read(&bench.path("rows.csv"));
         let row = row.lines().nth(1).expect("a row");
-        assert!(row.starts_with("0.000120,can1,33,0,7,1,0.5"), "{row}");
+        assert!(
+            row.starts_with("0.000120,1.000000,1.000000,received,can1,,33,0,7,1,0.5"),
+            "{row}"
+        );
     }
     for id in ["0", "128", "foot"] {
         let said = bench.error(&format!("decode x.log --node {id}"));
@@ -96,4 +107,141 @@ fn a_node_with_another_id_is_a_foot_where_it_is_named() {
             "{said}"
         );
     }
+}
+
+/// A contact each millisecond, whose numbers go on.
+fn log(count: u32) -> String {
+    let line = |k: u32| {
+        let [low, high, ..] = (100 * k).to_le_bytes();
+        let sequence = k % 256;
+        format!(
+            "(1.{:06}) can0 191#FFFF8080{low:02X}{high:02X}{sequence:02X}1A\n",
+            1000 * k
+        )
+    };
+    (0..count).map(line).collect()
+}
+
+/// The command with this on its standard input.
+fn piped(bench: &Bench, arguments: &str, input: &str) -> std::process::Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
+        .args(arguments.split_whitespace())
+        .current_dir(&bench.directory)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command that was just built");
+    let mut stdin = child.stdin.take().expect("a pipe");
+    stdin.write_all(input.as_bytes()).expect("it reads all");
+    drop(stdin);
+    child.wait_with_output().expect("it ends")
+}
+
+#[test]
+fn a_hyphen_is_standard_input_and_standard_output() {
+    let bench = Bench::new();
+    let output = piped(&bench, "decode - --output rows.csv", &log(5));
+    assert!(output.status.success());
+    assert!(text(&output.stdout).starts_with("CAN log: 5 rows, "));
+    let rows = read(&bench.path("rows.csv"));
+
+    let output = piped(&bench, "decode - --output -", &log(5));
+    assert!(output.status.success());
+    // Rows alone; the report is on the other stream.
+    assert_eq!(text(&output.stdout), rows);
+    assert!(text(&output.stderr).starts_with("CAN log: 5 rows, "));
+    assert_eq!(bench.files(), ["rows.csv"]);
+
+    let said = text(&piped(&bench, "decode -", "").stderr);
+    assert_eq!(said, "footfall: standard input is empty\n");
+    let output = piped(&bench, "decode - --output -", "nothing of a log\n");
+    assert!(output.stdout.is_empty() && !output.status.success());
+    let said = bench.error("decode x.log --json --output -");
+    assert!(said.contains("standard output takes one result"), "{said}");
+}
+
+#[test]
+fn a_reader_that_has_had_enough_is_no_error() {
+    let bench = Bench::with("x.log", log(600));
+    for arguments in [
+        "decode x.log --output -",
+        "decode x.log",
+        "decode x.log --json",
+    ] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
+            .args(arguments.split_whitespace())
+            .current_dir(&bench.directory)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the command that was just built");
+        // The other end of the pipe closes before anything is read.
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        assert!(output.status.success(), "{arguments}: {output:?}");
+        assert_eq!(text(&output.stderr), "", "{arguments}");
+    }
+}
+
+#[test]
+fn a_table_with_the_suffix_of_something_else_is_not_written() {
+    let bench = Bench::with("x.log", log(5));
+    for name in ["rows.parquet", "rows.csv.gz", "rows"] {
+        let said = bench.error(&format!("decode x.log --output {name}"));
+        assert_eq!(
+            said,
+            format!(
+                "footfall: {name} cannot be written: tables are CSV, so the name must end in .csv\n"
+            )
+        );
+    }
+    assert_eq!(bench.files(), ["x.log"]);
+    bench.stdout("decode x.log --output rows.CSV");
+    bench.stdout("decode x.log --output /dev/null");
+}
+
+#[test]
+fn feet_have_names_beside_their_ids() {
+    let two = log(2) + &log(2).replace(" 191#", " 181#");
+    let bench = Bench::with("x.log", two);
+    let foot = |row: &str| {
+        let cells: Vec<_> = row.split(',').collect();
+        format!("{} {}", cells[5], cells[6])
+    };
+    for (options, expected) in [
+        ("", &["FL 17", "FL 17"][..]),
+        (
+            " --names 1=FR,0x11=left",
+            &["left 17", "left 17", "FR 1", "FR 1"],
+        ),
+        (" --node 1", &["FL 17", "FL 17", " 1", " 1"]),
+    ] {
+        bench.stdout(&format!("decode x.log --output rows.csv{options}"));
+        let rows = read(&bench.path("rows.csv"));
+        let feet: Vec<_> = rows.lines().skip(1).map(foot).collect();
+        assert_eq!(feet, expected, "{options}");
+    }
+    for (names, said) in [
+        ("FL", "such as 1=FL"),
+        ("1=", "1 to 32 letters"),
+        ("0=FL", "write a node id"),
+        ("1=F L", "1 to 32 letters"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
+            .args(["decode", "x.log", "--names", names])
+            .output()
+            .expect("the command that was just built");
+        assert!(text(&output.stderr).contains(said), "{output:?}");
+    }
+}
+
+#[test]
+fn files_of_others_are_named_with_what_to_do() {
+    let bench = Bench::with("x.blf", b"LOGG\x90\0\0\0");
+    assert_eq!(
+        bench.error("decode x.blf"),
+        "footfall: x.blf is a Vector BLF log, which is not read here; convert it with python-can: \
+         pip install python-can, then can_logconvert x.blf can.asc\n"
+    );
 }

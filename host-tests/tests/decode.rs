@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Validity, Vec3};
 use firmware::foot::SOUND_TICKS;
 use firmware::sampling::{Measurement, SensorFault};
-use footfall::decode::{Decoded, Row, decode};
+use footfall::decode::{Decoded, Feet, Row, decode};
 use footfall::files::write_file;
 use footfall::walking_foot::{Transmission, settings, walk_with};
 use gait::plan::DEMO_SEED;
@@ -43,7 +43,7 @@ fn demo() -> Transmission {
 }
 
 fn decoded(bytes: &[u8]) -> Decoded {
-    decode(bytes, "file", &[]).expect("a recording")
+    decode(bytes, "file", &Feet::default()).expect("a recording")
 }
 
 fn probabilities(row: &Row) -> [f32; 3] {
@@ -405,7 +405,7 @@ proptest! {
 
     #[test]
     fn whatever_a_file_holds_it_is_decoded_or_refused(bytes in vec(any::<u8>(), 0..2000)) {
-        let _ = decode(&bytes, "file", &[]);
+        let _ = decode(&bytes, "file", &Feet::default());
     }
 
     #[test]
@@ -421,7 +421,7 @@ proptest! {
             bytes[at] = byte;
         }
         bytes.truncate(cut.index(bytes.len()) + 1);
-        if let Ok(Decoded { rows, report, .. }) = decode(&bytes, "file", &[]) {
+        if let Ok(Decoded { rows, report, .. }) = decode(&bytes, "file", &Feet::default()) {
             prop_assert_eq!(rows.len(), report.rows);
             let contacts = report.frames.get("contact").copied().unwrap_or(0);
             prop_assert_eq!(rows.len() as u64, contacts - report.duplicates);

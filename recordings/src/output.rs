@@ -165,15 +165,6 @@ fn write_time(timestamp: Timestamp, start_us: i64, to: &mut dyn Write) -> io::Re
     write!(to, "{sign}{}.{:06}", size / 1_000_000, size % 1_000_000)
 }
 
-/// The name of a decision in tables.
-#[must_use]
-pub const fn decision_name(decision: Decision) -> &'static str {
-    match decision {
-        Decision::Stable => "stable",
-        Decision::NotStable => "not_stable",
-    }
-}
-
 /// Everything in a row of [`HEADER`] but the time.
 fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
     let p = estimate.probabilities;

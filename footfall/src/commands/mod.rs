@@ -45,8 +45,8 @@ pub enum Command {
     /// Make a walking foot with a simulated LSM6DSOX, estimate, and write that and what the foot
     /// sends of it; needs no files
     Demo(DemoArguments),
-    /// Turn what a foot has sent, a log of candump -l or a recording of its serial line, into rows,
-    /// and report what is missing or damaged
+    /// Turn what a foot has sent, a log of its CAN frames or a recording of its serial line, into
+    /// rows, and report what is missing or damaged
     Decode(DecodeArguments),
     /// Score this estimator and the methods of others on all recordings that have labels, and on
     /// simulated walks

@@ -6,12 +6,13 @@ use std::fmt;
 use serde::Serialize;
 
 use super::row::Row;
+use crate::can_log::Form;
 
 /// The line that the foot has sent on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Medium {
-    /// A log of `candump -l`.
+    /// A log of CAN frames.
     Can,
     /// A recording of the serial line.
     Uart,
@@ -52,6 +53,8 @@ pub struct BoardReport {
 pub struct Report {
     /// The line that the foot has sent on.
     pub format: Medium,
+    /// The form of the log, on CAN.
+    pub log: Option<Form>,
     /// Rows: contact frames or messages.
     pub rows: usize,
     /// Time of the first row, s.
@@ -63,6 +66,8 @@ pub struct Report {
     pub longest_step_s: Option<f64>,
     /// How many frames of each kind came.
     pub frames: BTreeMap<&'static str, u64>,
+    /// How many rows have their `t_common` by which clock, on CAN.
+    pub clocks: BTreeMap<&'static str, u64>,
     /// Places where sequence numbers are missing.
     pub gaps: u64,
     /// Sequence numbers that are missing, those of damaged frames included.
@@ -84,11 +89,13 @@ impl Report {
     pub(super) const fn new(format: Medium) -> Self {
         Self {
             format,
+            log: None,
             rows: 0,
             first_s: None,
             last_s: None,
             longest_step_s: None,
             frames: BTreeMap::new(),
+            clocks: BTreeMap::new(),
             gaps: 0,
             missing: 0,
             restarts: 0,
@@ -104,7 +111,12 @@ impl Report {
     }
 
     pub(super) fn count_problem(&mut self, problem: impl Into<String>) {
-        *self.problems.entry(problem.into()).or_default() += 1;
+        self.count_problems(problem, 1);
+    }
+
+    pub(super) fn count_problems(&mut self, problem: impl Into<String>, count: u64) {
+        let counted = self.problems.entry(problem.into()).or_default();
+        *counted = counted.saturating_add(count);
     }
 
     /// Counts the numbers between two that came one after the other.
@@ -129,11 +141,15 @@ impl Report {
         };
     }
 
-    pub(super) fn finish(&mut self, rows: &[Row]) {
-        let times = rows.iter().map(|row| row.timestamp.as_micros());
-        self.rows = rows.len();
-        self.first_s = times.clone().min().map(seconds);
-        self.last_s = times.max().map(seconds);
+    /// Counts a row that is complete.
+    pub(super) fn count_row(&mut self, row: &Row) {
+        let t = seconds(row.timestamp.as_micros());
+        self.rows += 1;
+        self.first_s = Some(self.first_s.map_or(t, |first| first.min(t)));
+        self.last_s = Some(self.last_s.map_or(t, |last| last.max(t)));
+        if let Some((_, clock)) = row.common {
+            *self.clocks.entry(clock.name()).or_default() += 1;
+        }
     }
 }
 
@@ -155,6 +171,9 @@ impl fmt::Display for Report {
             write!(f, ", at most {:.2} ms apart", longest * 1e3)?;
         }
         write!(f, "\nframes   {}", list(&self.frames))?;
+        if !self.clocks.is_empty() {
+            write!(f, "\nclock    {}", list(&self.clocks))?;
+        }
         write!(f, "\nmissing  {} in {} gaps", self.missing, self.gaps)?;
         if self.duplicates > 0 {
             write!(f, ", {} duplicates", self.duplicates)?;

@@ -3,11 +3,9 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use estimator_core::{Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
+use estimator_core::{Decision, Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
 use wire::NodeId;
 use wire::pdo::Status;
-
-use recordings::output::decision_name;
 
 /// The header of the table of decoded rows. Columns that `samples.csv` has too have its names,
 /// its units and its meaning; a cell is blank where nothing was sent with that sample.
@@ -15,26 +13,56 @@ use recordings::output::decision_name;
 /// | columns | meaning | unit |
 /// |---|---|---|
 /// | `t` | time of the sample: on the serial line as the foot says it; on CAN in steps of 10 µs, counted from the start of the turn of the 16-bit clock in which the log begins | s |
+/// | `t_received` | on CAN, when the log received the frame, on the log's own clock: since 1970, or since the start of the log | s |
+/// | `t_common` | on CAN, one clock for all feet, that of the log: by `sync`, the time of the sample, where the foot has reported a SYNC whose number the log has too; by `received`, `t_received` | s |
+/// | `clock` | by which of the two `t_common` is | |
 /// | `interface` | the CAN interface that received it: two may each have a foot of the same id | |
+/// | `foot` | the foot's name: that of its node id (0x11 `FL`, 0x12 `FR`, 0x13 `RL`, 0x14 `RR`, 0x15 `L`, 0x16 `R`), or the one it was given | |
 /// | `node` | the foot's node id; on the serial line from the first health message on | |
 /// | `segment` | how often the foot has started again before, which sets `t` and `sequence` back | |
 /// | `sequence` | the frame's sequence number, modulo 2⁸ on CAN, 2¹⁶ on the serial line | |
 /// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in [`HEADER`](recordings::output::HEADER) | |
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
 /// | `temperature` | the sensor's | °C |
-/// | `decision` | `stable` or `not_stable`, debounced | |
+/// | `decision` | 1 stable, 0 not, debounced | 0 or 1 |
 /// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN say less: `saturated`, `starting` for a window that is not full or an attitude that is not known, `doubtful` for the others | |
-pub const HEADER: &str = "t,interface,node,segment,sequence,p_stable,p_tangential,p_vertical,\
+pub const HEADER: &str = "t,t_received,t_common,clock,interface,foot,node,segment,sequence,p_stable,p_tangential,p_vertical,\
      p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
      temperature,state,decision,flags";
+
+/// By which clock feet are on one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clock {
+    /// The foot's own, and what is to be added to it since a numbered SYNC.
+    Sync,
+    /// That of the log, when it received the frame.
+    Received,
+}
+
+impl Clock {
+    /// Its name in tables and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sync => "sync",
+            Self::Received => "received",
+        }
+    }
+}
 
 /// What was sent of one sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// When the sample was acquired.
     pub timestamp: Timestamp,
+    /// When the log received it.
+    pub received: Option<Timestamp>,
+    /// Its time on one clock for all feet, and by which.
+    pub common: Option<(Timestamp, Clock)>,
     /// The CAN interface that received it.
     pub interface: Option<Arc<str>>,
+    /// The foot's name, where it has one.
+    pub foot: Option<Arc<str>>,
     /// The foot's node id, where it is known.
     pub node: Option<NodeId>,
     /// How often the foot has started again before.
@@ -94,32 +122,54 @@ impl Row {
     }
 }
 
-/// Writes the table of decoded rows.
+/// Writes the line of names above the rows.
 ///
 /// # Errors
 /// What the writer reports.
-pub fn write_rows(rows: &[Row], to: &mut dyn Write) -> io::Result<()> {
-    writeln!(to, "{HEADER}")?;
-    for row in rows {
-        let micros = row.timestamp.as_micros();
-        write!(to, "{}.{:06},", micros / 1_000_000, micros % 1_000_000)?;
-        write!(to, "{},", row.interface.as_deref().unwrap_or_default())?;
-        if let Some(node) = row.node {
-            write!(to, "{}", node.get())?;
-        }
-        write!(to, ",{},{}", row.segment, row.sequence)?;
-        cells(to, Some([row.stable, row.tangential, row.vertical]))?;
-        cells(to, row.axes.map(PerAxis::to_array))?;
-        cells(to, row.orientation.map(|q| [q.w, q.x, q.y, q.z]))?;
-        for vector in [row.acceleration, row.rate, row.bias] {
-            cells(to, vector.map(|v| [v.x, v.y, v.z]))?;
-        }
-        cells(to, row.temperature.map(|celsius| [celsius]))?;
-        let decision = decision_name(row.status.decision());
-        let state = row.status.phase().name();
-        writeln!(to, ",{state},{decision},{}", row.flag_names().join("|"))?;
+pub fn write_header(to: &mut dyn Write) -> io::Result<()> {
+    writeln!(to, "{HEADER}")
+}
+
+/// Writes a row of the table.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_row(row: &Row, to: &mut dyn Write) -> io::Result<()> {
+    write_time(row.timestamp, to)?;
+    write!(to, ",")?;
+    if let Some(received) = row.received {
+        write_time(received, to)?;
     }
-    Ok(())
+    write!(to, ",")?;
+    if let Some((common, clock)) = row.common {
+        write_time(common, to)?;
+        write!(to, ",{}", clock.name())?;
+    } else {
+        write!(to, ",")?;
+    }
+    for name in [&row.interface, &row.foot] {
+        write!(to, ",{}", name.as_deref().unwrap_or_default())?;
+    }
+    write!(to, ",")?;
+    if let Some(node) = row.node {
+        write!(to, "{}", node.get())?;
+    }
+    write!(to, ",{},{}", row.segment, row.sequence)?;
+    cells(to, Some([row.stable, row.tangential, row.vertical]))?;
+    cells(to, row.axes.map(PerAxis::to_array))?;
+    cells(to, row.orientation.map(|q| [q.w, q.x, q.y, q.z]))?;
+    for vector in [row.acceleration, row.rate, row.bias] {
+        cells(to, vector.map(|v| [v.x, v.y, v.z]))?;
+    }
+    cells(to, row.temperature.map(|celsius| [celsius]))?;
+    let decision = u8::from(row.status.decision() == Decision::Stable);
+    let state = row.status.phase().name();
+    writeln!(to, ",{state},{decision},{}", row.flag_names().join("|"))
+}
+
+fn write_time(time: Timestamp, to: &mut dyn Write) -> io::Result<()> {
+    let micros = time.as_micros();
+    write!(to, "{}.{:06}", micros / 1_000_000, micros % 1_000_000)
 }
 
 /// Numbers, or as many blank cells; a number that the foot did not have is blank too.
@@ -138,11 +188,11 @@ fn cells<const N: usize>(to: &mut dyn Write, numbers: Option<[f32; N]>) -> io::R
 mod tests {
     use super::*;
 
-    fn written(row: Row) -> Vec<String> {
+    fn written(row: &Row) -> Vec<String> {
         let mut bytes = Vec::new();
-        write_rows(&[row], &mut bytes).unwrap();
+        write_row(row, &mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
-        let row = text.lines().nth(1).unwrap();
+        let row = text.trim_end();
         row.split(',').map(str::to_owned).collect()
     }
 
@@ -155,7 +205,10 @@ mod tests {
         };
         let full = Row {
             timestamp: Timestamp::from_micros(2_345_678),
+            received: Some(Timestamp::from_micros(7_000_001)),
+            common: Some((Timestamp::from_micros(6_900_001), Clock::Sync)),
             interface: Some("can1".into()),
+            foot: Some("FL".into()),
             node: NodeId::new(17),
             segment: 2,
             sequence: 300,
@@ -184,12 +237,17 @@ mod tests {
             status: Status::from_bits(0x19),
             flags: Some(Flags::NONE.with(Flag::TimeGap).bits()),
         };
-        let (bare, full) = (written(bare), written(full));
+        let (bare, full) = (written(&bare), written(&full));
         let columns = HEADER.split(',').count();
         assert_eq!((bare.len(), full.len()), (columns, columns));
-        assert_eq!(bare[..8], ["1.000010", "", "", "0", "0", "0.5", "0", "0"]);
-        assert!(bare[8..28].iter().all(String::is_empty));
-        assert_eq!(bare[28..], ["unknown", "not_stable", "doubtful"]);
+        assert_eq!(
+            bare[..12],
+            [
+                "1.000010", "", "", "", "", "", "", "0", "0", "0.5", "0", "0"
+            ]
+        );
+        assert!(bare[12..32].iter().all(String::is_empty));
+        assert_eq!(bare[32..], ["unknown", "0", "doubtful"]);
         let cells: Vec<_> = HEADER
             .split(',')
             .zip(full.iter().map(String::as_str))
@@ -198,7 +256,11 @@ mod tests {
             cells,
             [
                 ("t", "2.345678"),
+                ("t_received", "7.000001"),
+                ("t_common", "6.900001"),
+                ("clock", "sync"),
                 ("interface", "can1"),
+                ("foot", "FL"),
                 ("node", "17"),
                 ("segment", "2"),
                 ("sequence", "300"),
@@ -226,7 +288,7 @@ mod tests {
                 ("bwz", "9"),
                 ("temperature", "25.5"),
                 ("state", "stance"),
-                ("decision", "stable"),
+                ("decision", "1"),
                 ("flags", "time_gap"),
             ]
         );

@@ -1,6 +1,7 @@
 //! A recording of the serial line.
 
 use std::collections::BTreeMap;
+use std::io::{self, Read};
 
 use estimator_core::Timestamp;
 use wire::counter::Counter;
@@ -10,37 +11,59 @@ use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, P
 use wire::{Fault, NodeId};
 
 use super::report::{BoardReport, Medium, Report};
-use super::{Decoded, Row};
+use super::{DecodeError, Feet, Outcome, Row, Sink};
 
 /// Decodes all bytes of a recording; `None` where nothing in it has the CRC of a frame.
-pub(super) fn decode(bytes: &[u8]) -> Option<Decoded> {
+pub(super) fn decode(
+    mut source: impl Read,
+    file: &str,
+    feet: &Feet,
+    sink: Sink<'_>,
+) -> Result<Option<Outcome>, DecodeError> {
     let mut decoder = Decoder::new();
     let mut has_frame = false;
-    let mut stream = Stream::new();
-    for byte in bytes {
-        let Some(result) = decoder.push(*byte) else {
-            continue;
+    let mut stream = Stream::new(feet);
+    let mut buffer = [0; 1 << 14];
+    loop {
+        let count = match source.read(&mut buffer) {
+            Ok(0) => break,
+            Ok(count) => count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(source) => {
+                return Err(DecodeError::Unreadable {
+                    file: file.to_owned(),
+                    source,
+                });
+            }
         };
-        has_frame |= result
-            .as_ref()
-            .map_or_else(|problem| is_whole(*problem), |_| true);
-        match result {
-            Ok(frame) => stream.take(&frame),
-            Err(problem) => stream.report.count_problem(name(problem)),
+        for byte in buffer.iter().take(count) {
+            let Some(result) = decoder.push(*byte) else {
+                continue;
+            };
+            has_frame |= result
+                .as_ref()
+                .map_or_else(|problem| is_whole(*problem), |_| true);
+            match result {
+                Ok(frame) => {
+                    if let Some(row) = stream.take(&frame) {
+                        stream.report.count_row(&row);
+                        sink(row).map_err(DecodeError::Rows)?;
+                    }
+                }
+                Err(problem) => stream.report.count_problem(name(problem)),
+            }
         }
     }
     if !has_frame {
-        return None;
+        return Ok(None);
     }
     if decoder.is_inside_frame() {
         stream.report.count_problem("unfinished_frames");
     }
-    stream.report.finish(&stream.rows);
-    Some(Decoded {
-        rows: stream.rows,
+    Ok(Some(Outcome {
         report: stream.report,
         notices: Vec::new(),
-    })
+    }))
 }
 
 /// Whether it came through undamaged and only is not known here.
@@ -77,26 +100,30 @@ const fn kind_name(kind: Kind) -> &'static str {
     }
 }
 
-struct Stream {
-    rows: Vec<Row>,
+struct Stream<'a> {
     report: Report,
+    feet: &'a Feet,
     newest: Option<u16>,
+    /// The time and the segment of the newest row.
+    last: Option<(Timestamp, u32)>,
     segment: u32,
     node: Option<NodeId>,
 }
 
-impl Stream {
-    const fn new() -> Self {
+impl<'a> Stream<'a> {
+    const fn new(feet: &'a Feet) -> Self {
         Self {
-            rows: Vec::new(),
             report: Report::new(Medium::Uart),
+            feet,
             newest: None,
+            last: None,
             segment: 0,
             node: None,
         }
     }
 
-    fn take(&mut self, frame: &Frame) {
+    /// Takes in a frame: its row, where it is a contact.
+    fn take(&mut self, frame: &Frame) -> Option<Row> {
         self.report.count_frame(kind_name(frame.message.kind()));
         if self.restarts(&frame.message) {
             self.segment += 1;
@@ -113,26 +140,28 @@ impl Stream {
             self.newest = Some(frame.sequence);
         }
         match &frame.message {
-            Message::Contact(contact) => self.contact(contact, frame.sequence),
+            Message::Contact(contact) => return Some(self.contact(contact, frame.sequence)),
             Message::Health(health) => self.health(health),
             _ => {}
         }
+        None
     }
 
     /// Whether the foot's clock, which does not wrap, has been set back.
     fn restarts(&self, message: &Message) -> bool {
-        match (message, self.rows.last()) {
-            (Message::Contact(contact), Some(last)) => {
-                contact.timestamp.as_micros() < last.timestamp.as_micros()
+        match (message, self.last) {
+            (Message::Contact(contact), Some((last, _))) => {
+                contact.timestamp.as_micros() < last.as_micros()
             }
             _ => false,
         }
     }
 
-    fn contact(&mut self, contact: &ContactMessage, sequence: u16) {
+    fn contact(&mut self, contact: &ContactMessage, sequence: u16) -> Row {
         let row = Row {
             timestamp: Timestamp::from_micros(contact.timestamp.as_micros()),
             node: self.node,
+            foot: self.node.and_then(|node| self.feet.name(node)),
             segment: self.segment,
             sequence,
             stable: contact.stable.probability(),
@@ -143,11 +172,14 @@ impl Stream {
             flags: Some(contact.flags),
             ..Row::default()
         };
-        if let Some(last) = self.rows.last().filter(|last| last.segment == row.segment) {
+        if let Some((last, segment)) = self.last
+            && segment == row.segment
+        {
             self.report
-                .count_step(last.timestamp.as_micros(), row.timestamp.as_micros());
+                .count_step(last.as_micros(), row.timestamp.as_micros());
         }
-        self.rows.push(row);
+        self.last = Some((row.timestamp, row.segment));
+        row
     }
 
     fn health(&mut self, health: &HealthMessage) {
@@ -171,6 +203,12 @@ mod tests {
     use super::*;
     use estimator_core::ContactEstimate;
     use wire::{Faults, uart};
+
+    use crate::decode::Decoded;
+
+    fn decode(bytes: &[u8]) -> Option<Decoded> {
+        crate::decode::decode(bytes, "uart.bin", &Feet::default()).ok()
+    }
 
     fn contact(sequence: u16, ms: u64) -> Vec<u8> {
         let estimate = ContactEstimate {

@@ -59,7 +59,7 @@ def check_contact(signals, states, row, index):
     assert round(signals["Timestamp"] * 100) == ticks, (index, signals, row["t"])
     assert signals["Sequence"] == index % 256
     assert bool(signals["Valid"]) == (not doubt)
-    stable = row["decision"] == "stable"
+    stable = row["decision"] == "1"
     assert bool(signals["Decision"]) == (stable and not doubt), (index, signals, row)
     assert bool(signals["Saturated"]) == ("saturated" in flags)
     assert not signals["Fault"]

@@ -15,7 +15,7 @@ const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 ///
 /// # Errors
 /// The file cannot be read, or a zstd frame begins badly.
-pub(super) fn decompressed(mut file: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
+pub fn decompressed(mut file: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
     let mut first = Vec::new();
     file.by_ref()
         .take(ZSTD.len() as u64)

@@ -20,7 +20,7 @@
 
 mod cells;
 mod clock;
-mod compressed;
+pub mod compressed;
 mod correction;
 pub mod csv;
 pub mod error;

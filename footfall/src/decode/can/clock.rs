@@ -9,6 +9,10 @@ const LONGEST_BRIDGE_US: i64 = 86_400_000_000;
 /// Lines of a log are never this far out of order, µs: its own clock was set back.
 const LONGEST_RETURN_US: i64 = -1_000_000;
 
+/// Where the log has no times, less than this before a turn is full is a step back, µs: a frame
+/// that others have overtaken.
+const OVERTAKEN_US: i64 = TURN_US / 8;
+
 /// By how much the clocks of foot and log may differ, µs: frames wait in adapters and in queues.
 const TOLERANCE_US: i64 = TURN_US / 4;
 
@@ -22,7 +26,8 @@ pub(super) struct Mark {
     /// On the foot's clock, with its turns counted, µs.
     pub(super) micros: u64,
     short: ShortTime,
-    logged_us: u64,
+    /// `None` where the log has no times.
+    logged_us: Option<u64>,
 }
 
 /// The time from one contact to another by the foot's clock, and whether the log's agrees.
@@ -38,20 +43,25 @@ pub(super) enum Elapsed {
 
 impl Mark {
     /// The first contact of a foot: its short clock is taken to be in its first turn.
-    pub(super) fn first(short: ShortTime, at: Timestamp) -> Self {
+    pub(super) fn first(short: ShortTime, at: Option<Timestamp>) -> Self {
         Self {
             micros: u64::from(short.0) * TIME_STEP_US,
             short,
-            logged_us: at.as_micros(),
+            logged_us: at.map(Timestamp::as_micros),
         }
     }
 
     /// The time to a contact at `short`, logged at `at`. The foot's own clock wraps every
-    /// 655.36 ms; which turn it is, forwards or backwards, the log's clock decides.
-    pub(super) fn elapsed(self, short: ShortTime, at: Timestamp) -> Elapsed {
+    /// 655.36 ms; which turn it is, forwards or backwards, the log's clock decides. Without one, it
+    /// is less than a turn.
+    pub(super) fn elapsed(self, short: ShortTime, at: Option<Timestamp>) -> Elapsed {
         let steps = i64::from(short.0.wrapping_sub(self.short.0)) * STEP_US;
+        let (Some(at), Some(before)) = (at, self.logged_us) else {
+            let turns = i64::from(steps > TURN_US - OVERTAKEN_US);
+            return Elapsed::Agreed(steps - turns * TURN_US);
+        };
         // Signed: a log may run backwards.
-        let logged = at.as_micros().wrapping_sub(self.logged_us) as i64;
+        let logged = at.as_micros().wrapping_sub(before) as i64;
         if !(LONGEST_RETURN_US..LONGEST_BRIDGE_US).contains(&logged) {
             return Elapsed::Unbridged(steps);
         }
@@ -65,11 +75,11 @@ impl Mark {
     }
 
     /// The contact that came `elapsed` µs later.
-    pub(super) fn after(self, elapsed: i64, short: ShortTime, at: Timestamp) -> Self {
+    pub(super) fn after(self, elapsed: i64, short: ShortTime, at: Option<Timestamp>) -> Self {
         Self {
             micros: self.micros.saturating_add_signed(elapsed),
             short,
-            logged_us: at.as_micros(),
+            logged_us: at.map(Timestamp::as_micros),
         }
     }
 }

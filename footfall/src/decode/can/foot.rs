@@ -1,19 +1,25 @@
 //! A foot in a log: which time and which number its next contact has.
 
 use estimator_core::Timestamp;
-use wire::pdo::{Contact, ShortTime};
+use wire::pdo::{Contact, LastSync, ShortTime};
 use wire::sequence::missing_u8;
 
 use super::clock::{Elapsed, Mark};
+use super::sync::{Alignment, Syncs};
 use crate::decode::report::Report;
+use crate::decode::row::Clock;
 
 /// The state of a foot in a log.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct LoggedFoot {
     /// The row of its newest contact: what it sends beside a contact belongs there.
     pub(super) row: usize,
     /// The short time of that row.
     pub(super) short: ShortTime,
+    /// The time of that row on the foot's clock, µs.
+    pub(super) micros: u64,
+    /// Its clock beside the log's.
+    alignment: Alignment,
     /// Its newest contact whose time the log does not contradict.
     mark: Mark,
     /// The one before: where the log's time of the newest was wrong, it goes on from here.
@@ -26,10 +32,12 @@ pub(super) struct LoggedFoot {
 
 impl LoggedFoot {
     /// A foot whose first contact, logged at `at`, becomes this row.
-    pub(super) fn new(contact: &Contact, row: usize, at: Timestamp) -> Self {
+    pub(super) fn new(contact: &Contact, row: usize, at: Option<Timestamp>) -> Self {
         Self {
             row,
             short: contact.timestamp,
+            micros: 0,
+            alignment: Alignment::default(),
             mark: Mark::first(contact.timestamp, at),
             before: None,
             suspect: None,
@@ -43,7 +51,7 @@ impl LoggedFoot {
         &mut self,
         contact: &Contact,
         row: usize,
-        at: Timestamp,
+        at: Option<Timestamp>,
         report: &mut Report,
     ) -> Option<u64> {
         let Contact {
@@ -109,6 +117,20 @@ impl LoggedFoot {
         }
         self.row = row;
         self.short = short;
+        self.micros = mark.micros;
         Some(mark.micros)
+    }
+
+    /// Takes in the newest SYNC that the foot reports: what is to be added to its clock for the
+    /// log's, µs, where that is known then.
+    pub(super) fn align(&mut self, sync: LastSync, syncs: &Syncs) -> Option<i64> {
+        self.alignment.take(sync, syncs, self.mark);
+        self.alignment.offset()
+    }
+
+    /// A time of its clock, µs, on the log's, where SYNCs allow it.
+    pub(super) fn common(&self, micros: u64) -> Option<(Timestamp, Clock)> {
+        let common = micros.checked_add_signed(self.alignment.offset()?)?;
+        Some((Timestamp::from_micros(common), Clock::Sync))
     }
 }

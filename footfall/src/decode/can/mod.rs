@@ -1,120 +1,187 @@
-//! A log of `candump -l`.
+//! A log of CAN frames.
 //!
 //! | idea | file |
 //! |---|---|
 //! | lines become frames, frames go to their foot | this one |
+//! | the newest rows, which frames beside a contact complete | `pending` |
 //! | the time of a contact, from the clocks of foot and log | `clock` |
+//! | the clocks of all feet and the log's as one, from numbered SYNCs | `sync` |
 //! | a foot: its newest contact, its numbers, its doubts | `foot` |
 //! | the cells of a row | `rows` |
 
 mod clock;
 mod foot;
+mod pending;
 mod rows;
+mod sync;
 #[cfg(test)]
 mod tests;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::io::BufRead;
 use std::sync::Arc;
 
 use estimator_core::Timestamp;
-use wire::pdo::{Contact, Load};
+use wire::pdo::{Contact, Health, Load};
 use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 
+use super::lines::Lines;
 use super::report::{EmergencyReport, Medium, Report};
-use super::{Decoded, Row};
-use crate::can_log::{self, Line, Logged, Other};
+use super::row::Clock;
+use super::{DecodeError, Feet, Outcome, Sink};
+use crate::can_log::{Content, Other, Reader, Times};
 use foot::LoggedFoot;
+use pending::Pending;
 use rows::{Belongs, complete, kind_name, row_of};
+use sync::Syncs;
 
 /// Number of broken lines that are named; the others are counted.
 const NAMED_LINES: u64 = 10;
 
 /// Decodes all lines of a log.
-pub(super) fn decode(text: &str, file: &str, others: &[NodeId]) -> Decoded {
-    let mut log = Log::new(others);
+pub(super) fn decode(
+    mut lines: Lines<impl BufRead>,
+    mut reader: Reader,
+    file: &str,
+    feet: &Feet,
+    sink: Sink<'_>,
+) -> Result<Outcome, DecodeError> {
+    let mut log = Log::new(feet);
+    log.report.log = Some(reader.form());
     let mut notices = Vec::new();
     let mut malformed = 0;
-    for (number, line) in (1_u64..).zip(text.lines()) {
+    let mut has_times = false;
+    let unreadable = |source| DecodeError::Unreadable {
+        file: file.to_owned(),
+        source,
+    };
+    while let Some((number, line)) = lines.next().map_err(unreadable)? {
         if line.trim().is_empty() {
             continue;
         }
-        match can_log::parse(line) {
-            Some(Line::Frame(interface, logged)) => log.take(interface, &logged),
-            Some(Line::Other(other)) => log.report.count_frame(other_name(other)),
+        let read = reader.read(&line);
+        has_times |= matches!(&read, Some(read) if read.time.is_some());
+        match read.map(|read| (read.content, read.time)) {
+            Some((Content::Frame(interface, frame), at)) => log.take(interface, &frame, at),
+            Some((Content::Other(other), _)) => log.report.count_frame(other_name(other)),
+            Some((Content::Dropped(count), _)) => {
+                log.report.count_problems("dropped_before_the_log", count);
+            }
+            Some((Content::Aside, _)) => {}
             None => {
                 log.report.count_problem("malformed_lines");
                 malformed += 1;
                 if malformed <= NAMED_LINES {
                     let start: String = line.chars().take(60).collect();
+                    let form = reader.form();
                     notices.push(format!(
-                        "{file}, line {number}: {start:?} is no line of candump -l, which are like (1609459200.000111) can0 191#FFFF80800C0007D8"
+                        "{file}, line {number}: {start:?} is no line of {}, which are like {}",
+                        form.name(),
+                        form.example()
                     ));
                 }
             }
         }
+        log.rows.settle(&mut log.report, sink)?;
     }
+    log.rows.settle_all(&mut log.report, sink)?;
     if malformed > NAMED_LINES {
         let others = malformed - NAMED_LINES;
         notices.push(format!(
-            "{file}: {others} more lines are none of candump -l"
+            "{file}: {others} more lines are none of {}",
+            reader.form().name()
         ));
     }
-    if log.rows.is_empty()
+    if log.report.rows == 0
         && let Some(id) = log.unknown_foot
     {
         notices.push(format!(
-            "{file}: no foot of the ids 17 to 22 has sent a contact, but node {id} may be one: --node {id}"
+            "{file}: no foot of the ids {} has sent a contact, but node {id} may be one: --node {id}",
+            feet.ids()
         ));
     }
-    log.report.finish(&log.rows);
-    Decoded {
-        rows: log.rows,
+    if reader.times() == Times::Differences {
+        notices.push(format!(
+            "{file}: its times are differences from line to line; t_received is their sum"
+        ));
+    }
+    notices.extend(
+        log.clock_notice(has_times)
+            .map(|said| format!("{file}: {said}")),
+    );
+    Ok(Outcome {
         report: log.report,
         notices,
-    }
+    })
 }
 
 /// The log up to the newest line.
-struct Log {
-    rows: Vec<Row>,
+struct Log<'a> {
+    rows: Pending,
     report: Report,
     /// By interface and node id: two buses may have a foot of the same id each.
     feet: BTreeMap<(String, u8), LoggedFoot>,
     /// How often each has started again.
     segments: BTreeMap<(String, u8), u32>,
-    /// Node ids that are feet.
-    nodes: BTreeSet<u8>,
+    /// Of each interface.
+    syncs: BTreeMap<String, Syncs>,
+    /// Which nodes are feet.
+    known: &'a Feet,
     /// Another node that sends what may be a contact.
     unknown_foot: Option<u8>,
+    /// The interface of the newest row.
+    interface: Option<Arc<str>>,
 }
 
-impl Log {
-    fn new(others: &[NodeId]) -> Self {
-        let feet = wire::Foot::ALL.map(wire::Foot::default_node_id);
+impl<'a> Log<'a> {
+    fn new(known: &'a Feet) -> Self {
         Self {
-            rows: Vec::new(),
+            rows: Pending::default(),
             report: Report::new(Medium::Can),
             feet: BTreeMap::new(),
             segments: BTreeMap::new(),
-            nodes: feet.iter().chain(others).map(|node| node.get()).collect(),
+            syncs: BTreeMap::new(),
+            known,
             unknown_foot: None,
+            interface: None,
         }
+    }
+
+    /// On which clock several feet are; nothing where there is one foot.
+    fn clock_notice(&self, has_times: bool) -> Option<String> {
+        let of = |clock: Clock| self.report.clocks.get(clock.name()).copied().unwrap_or(0);
+        let (sync, received) = (of(Clock::Sync), of(Clock::Received));
+        if self.feet.len() < 2 {
+            return None;
+        }
+        Some(match (has_times, sync, received) {
+            (false, ..) => {
+                "this log has no times: t_received and t_common are blank, and each foot's t is on its own clock".to_owned()
+            }
+            (true, 0, _) => {
+                "t_common is the time of reception, as no foot has reported a numbered SYNC of this log (object 0x1019 of the master numbers them)".to_owned()
+            }
+            (true, _, 0) => "t_common is by numbered SYNCs".to_owned(),
+            (true, ..) => format!(
+                "t_common is by numbered SYNCs, but for {received} rows of feet that had reported none: there it is the time of reception"
+            ),
+        })
     }
 }
 
-impl Log {
-    fn take(&mut self, interface: &str, logged: &Logged) {
-        let frame = &logged.frame;
+impl Log<'_> {
+    fn take(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
         let id = frame.id();
         let node = NodeId::new((id & 0x7F) as u8);
         let kind = match (id & 0x780, node) {
             (0x000, None) => "nmt",
-            (0x080, None) => "sync",
+            (0x080, None) => {
+                self.sync(interface, frame, at);
+                "sync"
+            }
             (0x100, None) => "time",
             _ if id == 0x7E4 || id == 0x7E5 => "lss",
-            (0x080 | 0x180..=0x580 | 0x600 | 0x700, Some(node))
-                if !self.nodes.contains(&node.get()) =>
-            {
+            (0x080 | 0x180..=0x580 | 0x600 | 0x700, Some(node)) if !self.known.contains(node) => {
                 if id & 0x780 == Pdo::Contact.base() && frame.data8().is_some() {
                     self.unknown_foot.get_or_insert(node.get());
                 }
@@ -130,7 +197,7 @@ impl Log {
             (0x700, Some(_)) => "heartbeat",
             (Load::BASE, Some(_)) => "load",
             _ => match Pdo::from_cob_id(id) {
-                Some((pdo, node)) => return self.pdo(interface, pdo, node, logged),
+                Some((pdo, node)) => return self.pdo(interface, pdo, node, frame, at),
                 None => "not_of_a_foot",
             },
         };
@@ -153,8 +220,10 @@ impl Log {
             return;
         };
         let emergency = Emergency::decode(bytes);
-        let row = self.foot(interface, node).map(|foot| &self.rows[foot.row]);
-        let t = row.map(|row| row.timestamp.as_micros() as f64 / 1.0e6);
+        let t = self
+            .feet
+            .get(&(interface.to_owned(), node.get()))
+            .map(|foot| foot.micros as f64 / 1.0e6);
         self.report.emergencies.push(EmergencyReport {
             t,
             interface: interface.to_owned(),
@@ -168,50 +237,81 @@ impl Log {
         });
     }
 
-    fn foot(&self, interface: &str, node: NodeId) -> Option<LoggedFoot> {
-        self.feet.get(&(interface.to_owned(), node.get())).copied()
-    }
-
-    /// The interface's name, shared with the newest row where it is the same.
-    fn name(&self, interface: &str) -> Arc<str> {
-        match self.rows.last().and_then(|row| row.interface.as_ref()) {
-            Some(name) if **name == *interface => Arc::clone(name),
-            _ => interface.into(),
+    /// Notes when a numbered SYNC was received.
+    fn sync(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
+        let (&[counter], Some(at)) = (frame.data(), at) else {
+            return;
+        };
+        match self.syncs.get_mut(interface) {
+            Some(syncs) => syncs.take(counter, at),
+            None => {
+                let mut syncs = Syncs::default();
+                syncs.take(counter, at);
+                self.syncs.insert(interface.to_owned(), syncs);
+            }
         }
     }
 
-    fn pdo(&mut self, interface: &str, pdo: Pdo, node: NodeId, logged: &Logged) {
-        let Some(bytes) = logged.frame.data8() else {
+    /// The interface's name, shared with the newest row where it is the same; `None` where the log
+    /// does not name it.
+    fn name(&mut self, interface: &str) -> Option<Arc<str>> {
+        if self.interface.as_deref() != Some(interface) {
+            self.interface = Some(interface.into());
+        }
+        self.interface.clone().filter(|name| !name.is_empty())
+    }
+
+    fn pdo(
+        &mut self,
+        interface: &str,
+        pdo: Pdo,
+        node: NodeId,
+        frame: &CanFrame,
+        at: Option<Timestamp>,
+    ) {
+        let Some(bytes) = frame.data8() else {
             self.report
                 .count_problem(format!("{}_of_wrong_length", kind_name(pdo)));
             return;
         };
         self.report.count_frame(kind_name(pdo));
         if pdo == Pdo::Contact {
-            self.contact(interface, node, &Contact::decode(bytes), logged.at);
+            self.contact(interface, node, &Contact::decode(bytes), at);
             return;
         }
         // What a foot sends beside the contact belongs to the contact that it sent just before.
-        let Some(foot) = self.foot(interface, node) else {
+        let Some(foot) = self.feet.get_mut(&(interface.to_owned(), node.get())) else {
             self.report.count_problem("frames_before_any_contact");
             return;
         };
-        if complete(&mut self.rows[foot.row], pdo, bytes, foot.short) == Belongs::Elsewhere {
+        let row = self.rows.get_mut(foot.row);
+        let belongs = row.map(|row| complete(row, pdo, bytes, foot.short));
+        if belongs != Some(Belongs::ToTheContact) {
             self.report.count_problem("frames_without_their_contact");
+        }
+        if pdo == Pdo::Health
+            && let Some(syncs) = self.syncs.get(interface)
+            && let Some(offset) = foot.align(Health::decode(bytes).sync, syncs)
+        {
+            self.rows.align(foot.row, offset);
         }
     }
 
-    fn contact(&mut self, interface: &str, node: NodeId, contact: &Contact, at: Timestamp) {
+    fn contact(&mut self, interface: &str, node: NodeId, contact: &Contact, at: Option<Timestamp>) {
         let key = (interface.to_owned(), node.get());
-        let row = self.rows.len();
-        let known = self.feet.get(&key).copied();
-        let mut foot = known.unwrap_or_else(|| LoggedFoot::new(contact, row, at));
-        let Some(micros) = foot.take(contact, row, at, &mut self.report) else {
+        let index = self.rows.next_index();
+        let known = self.feet.get(&key).cloned();
+        let mut foot = known.unwrap_or_else(|| LoggedFoot::new(contact, index, at));
+        let Some(micros) = foot.take(contact, index, at, &mut self.report) else {
             return;
         };
-        let segment = self.segments.get(&key).copied().unwrap_or(0);
-        let name = self.name(interface);
-        self.rows.push(row_of(contact, micros, name, node, segment));
+        let mut row = row_of(contact, micros, node);
+        row.interface = self.name(interface);
+        row.foot = self.known.name(node);
+        row.segment = self.segments.get(&key).copied().unwrap_or(0);
+        row.received = at;
+        row.common = foot.common(micros).or(at.map(|at| (at, Clock::Received)));
+        self.rows.push(row);
         self.feet.insert(key, foot);
     }
 }
@@ -222,5 +322,6 @@ const fn other_name(other: Other) -> &'static str {
         Other::Extended => "extended",
         Other::Error => "error_frame",
         Other::Fd => "fd",
+        Other::Event => "events",
     }
 }

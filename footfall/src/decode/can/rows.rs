@@ -1,7 +1,5 @@
 //! Frames of a foot become the cells of a row.
 
-use std::sync::Arc;
-
 use estimator_core::Timestamp;
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, P8, Rate, ShortTime};
 use wire::{NodeId, Pdo};
@@ -9,18 +7,10 @@ use wire::{NodeId, Pdo};
 use crate::decode::Row;
 
 /// The row of a contact at `micros` of its foot's clock.
-pub(super) fn row_of(
-    contact: &Contact,
-    micros: u64,
-    interface: Arc<str>,
-    node: NodeId,
-    segment: u32,
-) -> Row {
+pub(super) fn row_of(contact: &Contact, micros: u64, node: NodeId) -> Row {
     Row {
         timestamp: Timestamp::from_micros(micros),
-        interface: Some(interface),
         node: Some(node),
-        segment,
         sequence: u16::from(contact.sequence),
         stable: contact.stable.probability(),
         tangential: contact.tangential.probability(),

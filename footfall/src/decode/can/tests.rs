@@ -1,7 +1,9 @@
 //! Logs made by hand, and damaged ones.
 
 use super::*;
-use wire::pdo::{Axes, ShortTime};
+use crate::can_log::Logged;
+use crate::decode::Decoded;
+use wire::pdo::{Axes, LastSync, LongTime, ShortTime};
 
 const NODE_33: NodeId = NodeId::new(33).unwrap();
 
@@ -15,6 +17,12 @@ fn contact(interface: &str, log_ms: u64, sequence: u8, step: u16) -> String {
     let frame = CanFrame::new(0x191, &contact.encode()).unwrap();
     let at = Timestamp::from_micros(log_ms * 1000);
     format!("{}\n", Logged { at, frame }.line(interface))
+}
+
+fn decode(log: &str, file: &str, others: &[NodeId]) -> Decoded {
+    let mut feet = Feet::default();
+    others.iter().for_each(|node| feet.add(*node));
+    crate::decode::decode(log.as_bytes(), file, &feet).unwrap()
 }
 
 fn times(decoded: &Decoded) -> Vec<u64> {
@@ -52,7 +60,7 @@ fn the_logs_clock_bridges_what_the_foots_short_one_cannot() {
 /// A contact a millisecond, on both clocks, from just before the short one's turn.
 fn steady(count: u16) -> Vec<String> {
     let contact = |k: u16| {
-        let step = 65_000_u16.wrapping_add(100 * k);
+        let step = 65_000_u16.wrapping_add(k.wrapping_mul(100));
         contact("can0", 1_000 + u64::from(k), k as u8, step)
     };
     (0..count).map(contact).collect()
@@ -279,7 +287,8 @@ fn a_broken_line_is_named_and_passed_over() {
             "can.log, line 2: \"(1.2) x\" is no line of candump -l, which are like (1609459200.000111) can0 191#FFFF80800C0007D8"
         ]
     );
-    let decoded = decode(&"x\n".repeat(1000), "can.log", &[]);
+    let log = contact("can0", 1, 0, 0) + &"x\n".repeat(1000);
+    let decoded = decode(&log, "can.log", &[]);
     assert_eq!(decoded.report.problems["malformed_lines"], 1000);
     assert_eq!(decoded.notices.len(), 11);
     assert_eq!(
@@ -337,4 +346,233 @@ fn other_frames_are_counted_by_what_they_are() {
     }
     assert_eq!(report.problems["contact_of_wrong_length"], 1);
     assert_eq!(report.emergencies[0].fault, "sensor silent");
+}
+
+/// A health frame of a node, logged at `log_us`, that reports a SYNC.
+fn health(node: u16, log_us: u64, counter: u8, clock_us: u64) -> String {
+    let health = Health {
+        sync: LastSync {
+            counter,
+            time: LongTime((clock_us / 10) as u32),
+        },
+        ..Health::default()
+    };
+    line(0x500 + node, log_us, &health.encode())
+}
+
+fn line(id: u16, log_us: u64, data: &[u8]) -> String {
+    let frame = CanFrame::new(id, data).unwrap();
+    let at = Timestamp::from_micros(log_us);
+    format!("{}\n", Logged { at, frame }.line("can0"))
+}
+
+fn contact_of(node: u16, log_us: u64, k: u64, clock_us: u64) -> String {
+    let contact = Contact {
+        timestamp: ShortTime((clock_us / 10) as u16),
+        sequence: k as u8,
+        ..Contact::default()
+    };
+    line(0x180 + node, log_us, &contact.encode())
+}
+
+/// Two feet, whose clocks are 3.3 s and 7.7 s ahead of the log's, with samples at the same moments
+/// each millisecond, received up to 0.7 ms later; SYNCs each 10 ms, received up to 0.4 ms later;
+/// health each 100 ms, at different moments of the two.
+fn two_feet_with_syncs(milliseconds: u64, counted: bool) -> String {
+    let start = 1_000_000_000;
+    let mut log = String::new();
+    let mut newest = 0;
+    for k in 0..milliseconds {
+        let now = start + 1000 * k;
+        if k % 10 == 3 {
+            newest = now - start;
+            let counter = (k / 10 % 240) as u8 + 1;
+            let data: &[u8] = if counted { &[counter] } else { &[] };
+            log += &line(0x80, now + k * 7919 % 400, data);
+        }
+        for (node, ahead, phase) in [(0x11, 3_300_000, 20), (0x12, 7_700_000, 55)] {
+            let late = 200 + (k * 6007 + u64::from(node) * 101) % 500;
+            log += &contact_of(node, now + late, k, now - start + ahead);
+            if k % 100 == phase {
+                let counter = if counted {
+                    ((k - 3) / 10 % 240) as u8 + 1
+                } else {
+                    0
+                };
+                log += &health(node, now + late + 10, counter, newest + ahead);
+            }
+        }
+    }
+    log
+}
+
+/// The times of the two feet on one clock, in pairs of the same moment, µs.
+fn common(decoded: &Decoded) -> Vec<(u64, u64)> {
+    let of = |id: u8| {
+        let rows = decoded
+            .rows
+            .iter()
+            .filter(move |row| row.node.unwrap().get() == id);
+        rows.map(|row| row.common.unwrap().0.as_micros())
+    };
+    of(0x11).zip(of(0x12)).collect()
+}
+
+#[test]
+fn numbered_syncs_put_all_feet_on_the_clock_of_the_log() {
+    let decoded = decode(&two_feet_with_syncs(6000, true), "can.log", &[]);
+    assert_eq!(decoded.report.clocks, [("sync", 12_000)].into());
+    assert_eq!(decoded.notices, ["can.log: t_common is by numbered SYNCs"]);
+    let pairs = common(&decoded);
+    assert_eq!(pairs.len(), 6000);
+    for (k, (left, right)) in pairs.into_iter().enumerate() {
+        // The delay of one SYNC, less than 0.4 ms, stays; those of samples do not.
+        let sample = 1_000_000_000 + 1000 * k as u64;
+        assert!((sample..sample + 400).contains(&left), "{k}: {left}");
+        assert!((sample..sample + 400).contains(&right), "{k}: {right}");
+        if k > 1500 {
+            assert!(left.abs_diff(right) < 150, "{k}: {left} and {right}");
+        }
+    }
+    assert!(
+        decoded
+            .report
+            .to_string()
+            .contains("\nclock    sync 12000\n")
+    );
+}
+
+#[test]
+fn without_numbered_syncs_the_time_of_reception_is_the_one_clock() {
+    let decoded = decode(&two_feet_with_syncs(300, false), "can.log", &[]);
+    assert_eq!(decoded.report.clocks, [("received", 600)].into());
+    assert_eq!(decoded.notices.len(), 1);
+    let said =
+        "can.log: t_common is the time of reception, as no foot has reported a numbered SYNC";
+    assert!(
+        decoded.notices[0].starts_with(said),
+        "{:?}",
+        decoded.notices
+    );
+    for row in &decoded.rows {
+        assert_eq!(row.common, row.received.map(|at| (at, Clock::Received)));
+    }
+}
+
+#[test]
+fn a_foot_that_reports_no_sync_is_on_the_time_of_reception_alone() {
+    let health = format!(" {:03X}#", 0x512);
+    let log: String = two_feet_with_syncs(300, true)
+        .lines()
+        .filter(|line| !line.contains(&health))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let decoded = decode(&log, "can.log", &[]);
+    assert_eq!(
+        decoded.report.clocks,
+        [("received", 300), ("sync", 300)].into()
+    );
+    assert!(
+        decoded.notices[0].contains("but for 300 rows"),
+        "{:?}",
+        decoded.notices
+    );
+}
+
+#[test]
+fn a_foot_that_starts_again_needs_another_sync() {
+    let (mut log, mut after) = (two_feet_with_syncs(300, true), String::new());
+    log += "(1000.400000) can0 711#00\n";
+    for k in 0..20 {
+        after += &contact_of(0x11, 1_000_500_000 + 1000 * k, k, 1000 * k);
+    }
+    let decoded = decode(&(log + &after), "can.log", &[]);
+    let clocks = [("received", 20), ("sync", 600)];
+    assert_eq!(decoded.report.clocks, clocks.into());
+    assert_eq!(decoded.rows.last().unwrap().segment, 1);
+}
+
+#[test]
+fn feet_have_names_by_their_ids() {
+    let log = [contact_of(0x12, 1, 0, 0), contact_of(33, 2, 0, 0)].concat();
+    let mut feet = Feet::default();
+    feet.call(NODE_33, &crate::decode::feet::Name::new("toe").unwrap());
+    let decoded = crate::decode::decode(log.as_bytes(), "can.log", &feet).unwrap();
+    let names = decoded.rows.iter().map(|row| row.foot.as_deref());
+    assert!(names.eq([Some("FR"), Some("toe")]));
+}
+
+#[test]
+fn a_log_without_times_is_unwrapped_by_the_foots_clock_alone() {
+    let plain = |log: &[String]| -> String {
+        let line = |line: &String| line.split_once(' ').unwrap().1.replace('#', "   [8]  ");
+        let spaced = |line: String| {
+            let (head, data) = line.trim().split_at(line.len() - 17);
+            let bytes: Vec<_> = (0..8).map(|k| &data[2 * k..2 * k + 2]).collect();
+            format!("  {}{}\n", head.replace("can0 ", "can0  "), bytes.join(" "))
+        };
+        log.iter().map(line).map(spaced).collect()
+    };
+    let mut log = steady(1000);
+    log.remove(700);
+    log.swap(300, 301);
+    log.insert(500, log[499].clone());
+    let decoded = decode(&plain(&log), "can.log", &[]);
+    let mut expected = steady_times(1000);
+    expected.remove(700);
+    expected.swap(300, 301);
+    assert_eq!(times(&decoded), expected);
+    let report = decoded.report;
+    // The one that was overtaken was missing first.
+    assert_eq!((report.duplicates, report.missing, report.gaps), (1, 2, 2));
+    assert!(report.clocks.is_empty());
+    assert!(
+        decoded
+            .rows
+            .iter()
+            .all(|row| row.received.is_none() && row.common.is_none())
+    );
+}
+
+#[test]
+fn differences_of_time_are_added_up() {
+    let mut printed = String::new();
+    for (k, line) in steady(50).iter().enumerate() {
+        let data = line.trim().split_once('#').unwrap().1;
+        let bytes: Vec<_> = (0..8).map(|k| &data[2 * k..2 * k + 2]).collect();
+        let difference = if k == 0 { 0 } else { 900 + 200 * (k % 2) };
+        printed += &format!(
+            " (000.{difference:06})  can0  191   [8]  {}\n",
+            bytes.join(" ")
+        );
+    }
+    let decoded = decode(&printed, "can.log", &[]);
+    assert_eq!(times(&decoded), steady_times(50));
+    let received = decoded.rows.last().unwrap().received.unwrap();
+    assert_eq!(received.as_micros(), 25 * 1100 + 24 * 900);
+    let said = "can.log: its times are differences from line to line; t_received is their sum";
+    assert_eq!(decoded.notices, [said]);
+}
+
+#[test]
+fn rows_leave_in_order_and_are_complete_however_long_the_log_is() {
+    // More than are kept.
+    let axes = |k: u16| {
+        let axes = Axes {
+            timestamp: ShortTime(100_u16.wrapping_mul(k)),
+            ..Axes::default()
+        };
+        line(0x291, 1000 * u64::from(k), &axes.encode())
+    };
+    let log = (0..10_000_u16).map(|k| {
+        let clock = u64::from(100 * u32::from(k) % 65_536) * 10;
+        contact_of(0x11, 1000 * u64::from(k), u64::from(k), clock) + &axes(k)
+    });
+    let decoded = decode(&log.collect::<String>(), "can.log", &[]);
+    assert_eq!((decoded.report.rows, decoded.rows.len()), (10_000, 10_000));
+    assert!(decoded.report.problems.is_empty(), "{}", decoded.report);
+    let in_order = |(k, row): (usize, &crate::decode::Row)| {
+        row.timestamp.as_micros() == 1000 * k as u64 && row.axes.is_some()
+    };
+    assert!(decoded.rows.iter().enumerate().all(in_order));
 }

@@ -1,0 +1,200 @@
+//! Logs of CAN frames, as the usual programs write them.
+//!
+//! | idea | file |
+//! |---|---|
+//! | a frame and when it was received; a reader for each form of log | this one |
+//! | which form a file has, from its first lines | [`recognise`] |
+//! | files that hold something else, by their first bytes | [`foreign`] |
+//! | can-utils: `candump -l`, and what `candump` prints on a terminal | [`candump`] |
+//! | Vector's ASC | [`asc`] |
+//! | python-can's CSV | [`python_can`] |
+//! | times and bytes as text | `text` |
+
+pub mod asc;
+pub mod candump;
+pub mod foreign;
+pub mod python_can;
+pub mod recognise;
+mod text;
+
+use std::fmt;
+
+use estimator_core::Timestamp;
+use serde::Serialize;
+use wire::CanFrame;
+
+/// A frame and when it was received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Logged {
+    /// Time since 1970, µs.
+    pub at: Timestamp,
+    /// The frame.
+    pub frame: CanFrame,
+}
+
+impl Logged {
+    /// The line of a log of `candump -l`, without its end.
+    #[must_use]
+    pub fn line(self, interface: &str) -> impl fmt::Display {
+        let micros = self.at.as_micros();
+        let data: String = self
+            .frame
+            .data()
+            .iter()
+            .map(|byte| format!("{byte:02X}"))
+            .collect();
+        format!(
+            "({}.{:06}) {interface} {:03X}#{data}",
+            micros / 1_000_000,
+            micros % 1_000_000,
+            self.frame.id()
+        )
+    }
+}
+
+/// A line of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Line<'a> {
+    /// What the log says of the time; `None` where it says nothing.
+    pub time: Option<Timestamp>,
+    /// What the line holds.
+    pub content: Content<'a>,
+}
+
+/// What a line of a log holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content<'a> {
+    /// A classic data frame with a standard identifier, and the interface that received it, blank
+    /// where the log does not name it.
+    Frame(&'a str, CanFrame),
+    /// A frame that no foot sends.
+    Other(Other),
+    /// So many frames were lost between the bus and the log.
+    Dropped(u64),
+    /// No frame, but part of such a log: a header, a comment, the rest of another line.
+    Aside,
+}
+
+/// Kinds of entries that no foot sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Other {
+    /// A request for a frame, without data.
+    Remote,
+    /// A data frame with an identifier of 29 bits.
+    Extended,
+    /// A report of the interface on an error of the bus.
+    Error,
+    /// A frame of CAN FD.
+    Fd,
+    /// An event of the logging program or of another bus.
+    Event,
+}
+
+/// What the times of a log of `candump` count from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Times {
+    /// From one moment: 1970, or the first frame.
+    Absolute,
+    /// From the frame before (`candump -td`).
+    Differences,
+}
+
+/// A form of log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// `candump -l`.
+    CandumpLog,
+    /// `candump` as it prints on a terminal.
+    CandumpTerminal,
+    /// Vector's ASC.
+    VectorAsc,
+    /// python-can's CSV.
+    PythonCanCsv,
+}
+
+impl Form {
+    /// Its name in messages.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::CandumpLog => "candump -l",
+            Self::CandumpTerminal => "candump",
+            Self::VectorAsc => "Vector ASC",
+            Self::PythonCanCsv => "python-can's CSV",
+        }
+    }
+
+    /// A line of it.
+    #[must_use]
+    pub const fn example(self) -> &'static str {
+        match self {
+            Self::CandumpLog => "(1609459200.000111) can0 191#FFFF80800C0007D8",
+            Self::CandumpTerminal => {
+                "(1609459200.000111)  can0  191   [8]  FF FF 80 80 0C 00 07 D8"
+            }
+            Self::VectorAsc => "0.000111 1  191  Rx   d 8 FF FF 80 80 0C 00 07 D8",
+            Self::PythonCanCsv => "1609459200.000111,0x191,0,0,0,8,//+AgAwAB9g=",
+        }
+    }
+}
+
+/// Reads the lines of a log, one after the other.
+#[derive(Clone, Debug)]
+pub struct Reader {
+    form: Form,
+    times: Times,
+    asc: asc::Header,
+    /// Where times are differences: their sum so far, µs.
+    elapsed: u64,
+}
+
+impl Reader {
+    /// A reader of logs of this form; an ASC says itself what its times count from.
+    #[must_use]
+    pub fn new(form: Form, times: Times) -> Self {
+        Self {
+            form,
+            times,
+            asc: asc::Header::default(),
+            elapsed: 0,
+        }
+    }
+
+    /// The form that it reads.
+    #[must_use]
+    pub const fn form(&self) -> Form {
+        self.form
+    }
+
+    /// What the times count from.
+    #[must_use]
+    pub const fn times(&self) -> Times {
+        self.times
+    }
+
+    /// Reads the next line; `None` where it is none of such a log.
+    pub fn read<'a>(&mut self, line: &'a str) -> Option<Line<'a>> {
+        let mut read = match self.form {
+            // One file may have both: a terminal's output appended to a log.
+            Form::CandumpLog | Form::CandumpTerminal => candump::parse(line)?,
+            Form::VectorAsc => {
+                let read = self.asc.read(line)?;
+                self.times = self.asc.times;
+                read
+            }
+            Form::PythonCanCsv => python_can::parse(line)?,
+        };
+        if let (Times::Differences, Some(time)) = (self.times, &mut read.time) {
+            self.elapsed = self.elapsed.saturating_add(time.as_micros());
+            *time = Timestamp::from_micros(self.elapsed);
+        }
+        Some(read)
+    }
+}
+
+/// Whether a name of an interface can stand in a table.
+fn is_name(name: &str) -> bool {
+    let allowed = |byte: u8| byte.is_ascii_graphic() && !matches!(byte, b',' | b'"');
+    !name.is_empty() && name.bytes().all(allowed)
+}

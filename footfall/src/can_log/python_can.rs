@@ -1,0 +1,141 @@
+//! CSV of python-can: `1609459200.000111,0x191,0,0,0,8,//+AgAwAB9g=`, with data in base64.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
+use estimator_core::Timestamp;
+
+use super::text::{Identifier, seconds};
+use super::{Content, Line, Other};
+
+/// The first line of each such file.
+pub const HEADER: &str = "timestamp,arbitration_id,extended,remote,error,dlc,data";
+
+/// Reads a line; `None` where it is none of such a table.
+#[must_use]
+pub fn parse(line: &str) -> Option<Line<'_>> {
+    let line = line.trim();
+    if line == HEADER {
+        return Some(Line {
+            time: None,
+            content: Content::Aside,
+        });
+    }
+    let mut cells = line.split(',');
+    let mut cell = || cells.next();
+    let time = Some(time(cell()?)?);
+    let id = u32::from_str_radix(cell()?.strip_prefix("0x")?, 16).ok()?;
+    let mut flag = || match cell()? {
+        "0" => Some(false),
+        "1" => Some(true),
+        _ => None,
+    };
+    let (extended, remote, error) = (flag()?, flag()?, flag()?);
+    let length: usize = cell()?.parse().ok()?;
+    let data = BASE64.decode(cell()?).ok()?;
+    if cell().is_some() || length > 64 || (!remote && length != data.len()) {
+        return None;
+    }
+    let id = Identifier::new(id, extended)?;
+    let content = if error {
+        Content::Other(Other::Error)
+    } else if remote {
+        Content::Other(Other::Remote)
+    } else if length > 8 {
+        // The table does not say it of shorter ones.
+        Content::Other(Other::Fd)
+    } else {
+        id.frame("", &data)?
+    };
+    Some(Line { time, content })
+}
+
+/// Seconds as Python writes a float.
+fn time(text: &str) -> Option<Timestamp> {
+    if let Some(time) = seconds(text) {
+        return Some(time);
+    }
+    let is_float = text
+        .bytes()
+        .all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'e' | b'-' | b'+'));
+    let micros = text.parse::<f64>().ok().filter(|_| is_float)? * 1e6;
+    // Up to here a float holds every microsecond.
+    let limit = (1_u64 << 53) as f64;
+    (0.0..limit)
+        .contains(&micros)
+        .then(|| Timestamp::from_micros(micros.round() as u64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::CanFrame;
+
+    const LINE: &str = "1609459200.000111,0x191,0,0,0,8,//+AgAwAB9g=";
+
+    #[test]
+    fn a_frame_is_read_as_python_can_writes_it() {
+        let data = [0xFF, 0xFF, 0x80, 0x80, 0x0C, 0x00, 0x07, 0xD8];
+        let read = parse(LINE).unwrap();
+        assert_eq!(
+            read.time.map(Timestamp::as_micros),
+            Some(1_609_459_200_000_111)
+        );
+        let frame = CanFrame::new(0x191, &data).unwrap();
+        assert_eq!(read.content, Content::Frame("", frame));
+        assert_eq!(parse(&format!("{LINE}\r")), Some(read));
+        for (text, micros) in [
+            ("1.6e-05", 16),
+            ("0.0", 0),
+            ("1234567.0123456789", 1_234_567_012_346),
+        ] {
+            let line = LINE.replace("1609459200.000111", text);
+            let read = parse(&line).unwrap();
+            assert_eq!(read.time.map(Timestamp::as_micros), Some(micros), "{text}");
+        }
+    }
+
+    #[test]
+    fn frames_that_no_foot_sends_are_lines_too() {
+        for (line, content) in [
+            (HEADER, Content::Aside),
+            (
+                "1.0,0x18daf110,1,0,0,2,AQI=",
+                Content::Other(Other::Extended),
+            ),
+            ("1.0,0x711,0,1,0,4,", Content::Other(Other::Remote)),
+            ("1.0,0x4,1,0,1,8,AAQAAAAAAAA=", Content::Other(Other::Error)),
+            (
+                "1.0,0x191,0,0,0,12,AAECAwQFBgcICQoL",
+                Content::Other(Other::Fd),
+            ),
+        ] {
+            assert_eq!(
+                parse(line).map(|line| line.content),
+                Some(content),
+                "{line}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_line_is_refused() {
+        for line in [
+            "",
+            "1609459200.000111,0x191,0,0,0,8,//+AgAwAB9g",
+            "1609459200.000111,0x191,0,0,0,7,//+AgAwAB9g=",
+            "1609459200.000111,0x191,0,0,0,8,//+AgAwAB9g=,",
+            "1609459200.000111,191,0,0,0,8,//+AgAwAB9g=",
+            "1609459200.000111,0x991,0,0,0,8,//+AgAwAB9g=",
+            "1609459200.000111,0x191,2,0,0,8,//+AgAwAB9g=",
+            "-1.0,0x191,0,0,0,8,//+AgAwAB9g=",
+            "nan,0x191,0,0,0,8,//+AgAwAB9g=",
+            "inf,0x191,0,0,0,8,//+AgAwAB9g=",
+            "1e300,0x191,0,0,0,8,//+AgAwAB9g=",
+            "1.0,0x191,0,0,0,8,",
+            "1.0,0x191,0,0,0,1,====",
+            "1.0,0x191,0,0,0,1,A*==",
+        ] {
+            assert_eq!(parse(line), None, "{line:?}");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Which form of log a file is, from its first lines.
+
+use estimator_core::Timestamp;
+
+use super::{Content, Form, Line, Reader, Times, asc, candump, python_can};
+
+/// A reader for the log that begins with these bytes; `None` where no line is one of a log. The
+/// first line that only one form has decides. Bytes that are no text are passed over.
+#[must_use]
+pub fn recognise(head: &[u8]) -> Option<Reader> {
+    let text = String::from_utf8_lossy(head);
+    let form = text.lines().find_map(form_of)?;
+    let times = match form {
+        Form::CandumpTerminal => printed_times(&text),
+        _ => Times::Absolute,
+    };
+    Some(Reader::new(form, times))
+}
+
+fn form_of(line: &str) -> Option<Form> {
+    let line = line.trim_start_matches('\u{feff}');
+    if candump::log_line(line).is_some() {
+        Some(Form::CandumpLog)
+    } else if candump::terminal_line(line).is_some() {
+        Some(Form::CandumpTerminal)
+    } else if asc::is_header(line) || is_frame(asc::Header::default().read(line)) {
+        Some(Form::VectorAsc)
+    } else if python_can::parse(line).is_some() {
+        Some(Form::PythonCanCsv)
+    } else {
+        None
+    }
+}
+
+fn is_frame(line: Option<Line<'_>>) -> bool {
+    matches!(line, Some(line) if matches!(line.content, Content::Frame(..)))
+}
+
+/// No two frames of a log are as far apart, µs: eleven days.
+const LONGEST_DIFFERENCE_US: u64 = 1_000_000_000_000;
+
+/// Times since one moment hardly ever fall; differences do every few lines.
+fn printed_times(text: &str) -> Times {
+    let times: Vec<u64> = text
+        .lines()
+        .filter_map(candump::terminal_line)
+        .filter_map(|line| line.time.map(Timestamp::as_micros))
+        .collect();
+    let falls = times.windows(2).filter(|pair| pair[1] < pair[0]).count();
+    let rises = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
+    // Frames of a steady bus: the same difference again and again.
+    let is_steady = rises <= 1 && times.len() > 2 && times.last() > Some(&0);
+    if times.iter().any(|time| *time > LONGEST_DIFFERENCE_US) {
+        // Since 1970, where the clocks of two interfaces may differ, or stamp several at once.
+        return Times::Absolute;
+    }
+    if falls * 10 > falls + rises || is_steady {
+        Times::Differences
+    } else {
+        Times::Absolute
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn recognised(text: &str) -> Option<(Form, Times)> {
+        recognise(text.as_bytes()).map(|reader| (reader.form(), reader.times()))
+    }
+
+    #[test]
+    fn the_first_line_of_a_log_says_which_it_is() {
+        for form in [
+            Form::CandumpLog,
+            Form::CandumpTerminal,
+            Form::VectorAsc,
+            Form::PythonCanCsv,
+        ] {
+            for text in [
+                form.example().to_owned(),
+                format!("\u{feff}{}\r\n", form.example()),
+                format!("cut off\n\n{}\n", form.example()),
+            ] {
+                let found = recognise(text.as_bytes()).map(|reader| reader.form());
+                assert_eq!(found, Some(form), "{text:?}");
+            }
+        }
+        for (text, form) in [
+            ("base dec timestamps relative\n", Form::VectorAsc),
+            (python_can::HEADER, Form::PythonCanCsv),
+        ] {
+            assert_eq!(
+                recognise(text.as_bytes()).map(|reader| reader.form()),
+                Some(form)
+            );
+        }
+        for text in ["", "t,ax,ay\n0,1,2\n", "date of birth\n", "1.5 a b c\n"] {
+            assert_eq!(recognised(text), None, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn differences_are_told_from_times_since_the_start() {
+        let log = |times: &[&str]| {
+            let line = |time: &&str| format!(" ({time})  can0  191   [1]  00\n");
+            recognised(&times.iter().map(line).collect::<String>()).map(|(_, times)| times)
+        };
+        for (times, expected) in [
+            (
+                &["000.000000", "000.001000", "000.002000"][..],
+                Times::Absolute,
+            ),
+            (&["1609459200.000000", "1609459200.001000"], Times::Absolute),
+            (&["000.000000"], Times::Absolute),
+            (&["1609459200.000000"; 4], Times::Absolute),
+            (
+                &[
+                    "1609459200.000000",
+                    "1609459199.000000",
+                    "1609459200.001000",
+                    "1609459199.001000",
+                ],
+                Times::Absolute,
+            ),
+            (
+                &[
+                    "000.000000",
+                    "000.000889",
+                    "000.000111",
+                    "000.000889",
+                    "000.000111",
+                ],
+                Times::Differences,
+            ),
+            (
+                &["000.000000", "000.001000", "000.001000", "000.001000"],
+                Times::Differences,
+            ),
+        ] {
+            assert_eq!(log(times), Some(expected), "{times:?}");
+        }
+        assert_eq!(
+            recognised("can0  191   [1]  00\n".repeat(3).as_str()),
+            Some((Form::CandumpTerminal, Times::Absolute))
+        );
+    }
+}

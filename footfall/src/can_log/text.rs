@@ -1,0 +1,113 @@
+//! Times and bytes of logs, from text.
+
+use estimator_core::Timestamp;
+use wire::CanFrame;
+
+use super::{Content, Other};
+
+/// Seconds with one to nine decimals, rounded to microseconds.
+pub(super) fn seconds(text: &str) -> Option<Timestamp> {
+    let (whole, fraction) = text.split_once('.')?;
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    if fraction.len() > 9 || !digits(whole) || !digits(fraction) {
+        return None;
+    }
+    let nanos: u64 = format!("{fraction:0<9}").parse().ok()?;
+    let micros = whole
+        .parse::<u64>()
+        .ok()?
+        .checked_mul(1_000_000)?
+        .checked_add((nanos + 500) / 1000)?;
+    Some(Timestamp::from_micros(micros))
+}
+
+/// Bytes, a word each, in this base; at most 64. Hexadecimal ones have two digits: one that is cut
+/// off does not.
+pub(super) fn bytes<'a>(words: impl Iterator<Item = &'a str>, base: u32) -> Option<Payload> {
+    let mut payload = Payload::default();
+    for word in words {
+        let is_byte =
+            (word.len() == 2 || base == 10) && word.bytes().all(|b| b.is_ascii_hexdigit());
+        let byte = u8::from_str_radix(word, base).ok().filter(|_| is_byte)?;
+        *payload.bytes.get_mut(payload.length)? = byte;
+        payload.length += 1;
+    }
+    Some(payload)
+}
+
+/// The data of a frame, of CAN FD too.
+pub(super) struct Payload {
+    bytes: [u8; 64],
+    length: usize,
+}
+
+impl Default for Payload {
+    fn default() -> Self {
+        Self {
+            bytes: [0; 64],
+            length: 0,
+        }
+    }
+}
+
+impl Payload {
+    pub(super) fn get(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or_default()
+    }
+}
+
+/// An identifier and its width.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Identifier {
+    /// Of 11 bits.
+    Standard(u16),
+    /// Of 29 bits.
+    Extended,
+}
+
+impl Identifier {
+    /// `None` where it has too many bits.
+    pub(super) fn new(id: u32, is_extended: bool) -> Option<Self> {
+        match (is_extended, id) {
+            (false, 0..=0x7FF) => Some(Self::Standard(id as u16)),
+            (true, 0..=0x1FFF_FFFF) => Some(Self::Extended),
+            _ => None,
+        }
+    }
+
+    /// A data frame of classic CAN with this identifier; `None` with more than eight bytes.
+    pub(super) fn frame<'a>(self, interface: &'a str, data: &[u8]) -> Option<Content<'a>> {
+        match self {
+            Self::Standard(id) => Some(Content::Frame(interface, CanFrame::new(id, data)?)),
+            Self::Extended => (data.len() <= 8).then_some(Content::Other(Other::Extended)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_are_rounded_to_microseconds() {
+        for (text, micros) in [
+            ("0.0", Some(0)),
+            ("1.5", Some(1_500_000)),
+            ("0.0014", Some(1_400)),
+            ("0.0000015", Some(2)),
+            ("0.9999995", Some(1_000_000)),
+            ("0.9999994", Some(999_999)),
+            ("1609459200.000111222", Some(1_609_459_200_000_111)),
+            ("1", None),
+            ("1.", None),
+            (".1", None),
+            ("-1.0", None),
+            ("+1.0", None),
+            ("1.0000000001", None),
+            ("99999999999999999999.0", None),
+            ("18446744073709.999999", None),
+        ] {
+            assert_eq!(seconds(text).map(Timestamp::as_micros), micros, "{text}");
+        }
+    }
+}

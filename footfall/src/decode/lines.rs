@@ -1,0 +1,96 @@
+//! The lines of a file, one at a time, whatever they hold and however long they are.
+
+use std::borrow::Cow;
+use std::io::{self, BufRead};
+
+/// Bytes of a line that are read; no line of a log is as long. The others are skipped.
+const LONGEST: usize = 4096;
+
+/// The lines of a file.
+pub(super) struct Lines<R> {
+    source: R,
+    number: u64,
+    line: Vec<u8>,
+}
+
+impl<R: BufRead> Lines<R> {
+    pub(super) const fn new(source: R) -> Self {
+        Self {
+            source,
+            number: 0,
+            line: Vec::new(),
+        }
+    }
+
+    /// The next line, without its end, and its number from 1; `None` after the last. A byte order
+    /// mark is no part of the first; what is no text becomes replacement characters.
+    pub(super) fn next(&mut self) -> io::Result<Option<(u64, Cow<'_, str>)>> {
+        self.line.clear();
+        let mut is_there = false;
+        loop {
+            let buffer = match self.source.fill_buf() {
+                Ok(buffer) => buffer,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => return Err(error),
+            };
+            if buffer.is_empty() {
+                break;
+            }
+            is_there = true;
+            let end = buffer.iter().position(|byte| *byte == b'\n');
+            let part = buffer
+                .get(..end.unwrap_or(buffer.len()))
+                .unwrap_or_default();
+            let room = LONGEST.saturating_sub(self.line.len()).min(part.len());
+            self.line
+                .extend_from_slice(part.get(..room).unwrap_or_default());
+            let used = part.len() + usize::from(end.is_some());
+            self.source.consume(used);
+            if end.is_some() {
+                break;
+            }
+        }
+        if !is_there {
+            return Ok(None);
+        }
+        self.number += 1;
+        let mark = "\u{feff}".as_bytes();
+        let line = match self.line.strip_prefix(mark) {
+            Some(rest) if self.number == 1 => rest,
+            _ => &self.line,
+        };
+        Ok(Some((self.number, String::from_utf8_lossy(line))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::BufReader;
+
+    fn lines(bytes: &[u8]) -> Vec<String> {
+        // Small parts, so that lines go across them.
+        let mut lines = Lines::new(BufReader::with_capacity(3, bytes));
+        let mut read = Vec::new();
+        while let Some((number, line)) = lines.next().unwrap() {
+            assert_eq!(number, read.len() as u64 + 1);
+            read.push(line.into_owned());
+        }
+        read
+    }
+
+    #[test]
+    fn lines_end_with_a_line_feed_or_the_file() {
+        assert_eq!(lines(b""), Vec::<String>::new());
+        assert_eq!(lines(b"ab\r\n\ncdefgh"), ["ab\r", "", "cdefgh"]);
+        assert_eq!(lines(b"\xef\xbb\xbfab\ncd\n"), ["ab", "cd"]);
+        assert_eq!(lines(b"a\xff\n"), ["a\u{fffd}"]);
+    }
+
+    #[test]
+    fn a_line_without_an_end_takes_no_more_room_than_a_long_one() {
+        let long = [&[b'x'; 3 * LONGEST][..], b"\ny"].concat();
+        let read = lines(&long);
+        assert_eq!((read[0].len(), read[1].as_str()), (LONGEST, "y"));
+    }
+}

@@ -1,0 +1,479 @@
+//! The demo's CAN log in the forms of other programs, and logs that are damaged.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::LazyLock;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use footfall::decode::row::write_row;
+use footfall::decode::{DecodeError, Decoded, Feet, Row, decode};
+use footfall::walking_foot::walk;
+use gait::plan::DEMO_SEED;
+use gait::{Plan, SensorParams, simulate};
+use host_tests::committed::workspace;
+use host_tests::requirements::unmet;
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::Index;
+use tempfile::TempDir;
+
+#[path = "../../wire/tests/python/environment.rs"]
+mod environment;
+
+/// The log of `candump -l` that the demo writes.
+static DEMO: LazyLock<String> = LazyLock::new(|| {
+    let simulation = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
+    walk(&simulation).expect("valid settings").can_log()
+});
+
+fn decoded(bytes: &[u8]) -> Decoded {
+    decode(bytes, "file", &Feet::default()).expect("a log")
+}
+
+/// A row without what another form of log calls otherwise.
+fn bare(row: &Row) -> String {
+    let row = Row {
+        received: None,
+        common: None,
+        interface: None,
+        ..row.clone()
+    };
+    let mut cells = Vec::new();
+    write_row(&row, &mut cells).expect("memory");
+    String::from_utf8(cells).expect("a table")
+}
+
+/// Received since the first row, µs.
+fn received(rows: &[Row]) -> Vec<i64> {
+    let micros = |row: &Row| row.received.expect("a time").as_micros() as i64;
+    let first = rows.first().map_or(0, micros);
+    rows.iter().map(|row| micros(row) - first).collect()
+}
+
+/// The log decodes to the rows of the demo's, with times of reception to `resolution_us`.
+fn assert_is_the_demo(bytes: &[u8], name: &str, resolution_us: i64) {
+    let (expected, got) = (decoded(DEMO.as_bytes()), decoded(bytes));
+    assert_eq!(got.rows.len(), expected.rows.len(), "{name}");
+    for (got, expected) in got.rows.iter().zip(&expected.rows) {
+        assert_eq!(bare(got), bare(expected), "{name}");
+    }
+    let times = received(&got.rows)
+        .into_iter()
+        .zip(received(&expected.rows));
+    for (got, expected) in times {
+        let error = (got - expected).abs();
+        assert!(error <= resolution_us, "{name}: {got} for {expected}");
+    }
+    let mut frames = got.report.frames;
+    frames.remove("events");
+    assert_eq!(frames, expected.report.frames, "{name}");
+    assert!(got.report.problems.is_empty(), "{name}");
+    assert_eq!(got.report.missing, 0, "{name}");
+}
+
+fn refusal(bytes: &[u8]) -> String {
+    match decode(bytes, "file", &Feet::default()) {
+        Err(error @ DecodeError::Foreign { .. }) => error.to_string(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn folder_with_the_log() -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    fs::write(folder.path().join("can.log"), &*DEMO).expect("a file");
+    folder
+}
+
+fn contents(folder: &Path, name: &str) -> Vec<u8> {
+    fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+#[test]
+fn every_form_that_python_can_writes_is_decoded_or_named_with_a_way_that_leads_here() {
+    let python = match environment::make() {
+        Ok(python) => python,
+        Err(missing) => return unmet(&missing),
+    };
+    let folder = folder_with_the_log();
+    let output = Command::new(python)
+        .arg(workspace().join("host-tests/tests/python/can_logs.py"))
+        .args([&folder.path().join("can.log"), folder.path()])
+        .output()
+        .expect("the interpreter starts");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{error}");
+    for name in [
+        "python_can.asc",
+        "python_can.csv",
+        "python_can.log",
+        "from_blf.asc",
+    ] {
+        // Python's floats are a quarter of a microsecond apart in 2021.
+        assert_is_the_demo(&contents(folder.path(), name), name, 1);
+    }
+    // TRC has steps of a microsecond, from the start of a millisecond.
+    assert_is_the_demo(&contents(folder.path(), "from_trc.asc"), "from_trc.asc", 2);
+    for (name, what) in [
+        ("python_can.blf", "file is a Vector BLF log, which"),
+        ("python_can.trc", "file is a PEAK TRC log, which"),
+    ] {
+        let said = refusal(&contents(folder.path(), name));
+        assert!(said.starts_with(what), "{said}");
+        assert!(said.ends_with("can_logconvert file can.asc"), "{said}");
+    }
+}
+
+/// What a program of can-utils makes of the log that it is given on standard input; `None` where
+/// it is not installed.
+fn can_utils(program: &str, arguments: &[&str], input: &Path) -> Option<Vec<u8>> {
+    let output = Command::new(program)
+        .args(arguments)
+        .stdin(File::open(input).expect("the log"))
+        .stderr(Stdio::null())
+        .output()
+        .ok()?;
+    assert!(output.status.success(), "{program}");
+    Some(output.stdout)
+}
+
+#[test]
+fn every_form_that_can_utils_writes_is_decoded() {
+    let folder = folder_with_the_log();
+    let log = folder.path().join("can.log");
+    for (program, arguments, resolution_us) in [
+        ("log2long", &[][..], 0),
+        ("log2asc", &["can0"], 0),
+        ("log2asc", &["-n", "can0"], 0),
+        ("log2asc", &["-f", "can0"], 0),
+        ("log2asc", &["-4", "can0"], 100),
+    ] {
+        let Some(written) = can_utils(program, arguments, &log) else {
+            return unmet("can-utils, with log2asc and log2long, is not installed");
+        };
+        let name = format!("{program} {}", arguments.join(" "));
+        assert_is_the_demo(&written, &name, resolution_us);
+        if program == "log2asc" && resolution_us == 0 {
+            let asc = folder.path().join("can.asc");
+            fs::write(&asc, &written).expect("a file");
+            let back = can_utils("asc2log", &[], &asc).expect("it is beside log2asc");
+            assert_is_the_demo(&back, "asc2log", 0);
+        }
+    }
+}
+
+/// The demo's log as `candump` prints it, with these times and this beside the interface.
+fn printed(time: impl Fn(u64, u64) -> String, direction: &str) -> String {
+    let mut before = None;
+    let mut text = String::new();
+    for line in DEMO.lines() {
+        let (at, rest) = line.split_once(' ').expect("a time");
+        let digits: String = at.chars().filter(char::is_ascii_digit).collect();
+        let micros: u64 = digits.parse().expect("a time");
+        let (id, data) = rest
+            .split_once(' ')
+            .expect("a frame")
+            .1
+            .split_once('#')
+            .expect("a frame");
+        let bytes: Vec<_> = (0..data.len() / 2)
+            .map(|k| &data[2 * k..2 * k + 2])
+            .collect();
+        let before = before.replace(micros).unwrap_or(micros);
+        text += &format!(
+            "{}  can0{direction}  {id}   [{}]  {}\n",
+            time(micros, before),
+            bytes.len(),
+            bytes.join(" ")
+        );
+    }
+    text
+}
+
+fn brackets(micros: u64) -> String {
+    format!(" ({:03}.{:06})", micros / 1_000_000, micros % 1_000_000)
+}
+
+#[test]
+fn what_candump_prints_is_decoded_with_each_kind_of_time() {
+    let start = 1_609_459_200_000_140;
+    for direction in ["", "  RX - -", "  TX B E"] {
+        for log in [
+            printed(|at, _| brackets(at), direction),
+            printed(|at, _| brackets(at - start), direction),
+            printed(|at, before| brackets(at - before), direction),
+        ] {
+            assert_is_the_demo(log.as_bytes(), &log[..60], 0);
+            assert_is_the_demo(log.replace('\n', "\r\n").as_bytes(), &log[..60], 0);
+        }
+        let log = printed(|_, _| String::new(), direction);
+        let (expected, got) = (decoded(DEMO.as_bytes()), decoded(log.as_bytes()));
+        let pairs = got.rows.iter().zip(&expected.rows);
+        for (got, expected) in pairs {
+            assert_eq!(bare(got), bare(expected));
+            assert_eq!((got.received, got.common), (None, None));
+        }
+        assert_eq!(got.report.rows, expected.report.rows);
+    }
+}
+
+/// The demo's log as an ASC with decimal numbers and times since the line before.
+fn relative_decimal_asc() -> String {
+    let mut text = "date Fri Jan 1 00:00:00 2021\r\nbase dec  timestamps relative\r\n".to_owned();
+    let mut before = 1_609_459_200_000_000_u64;
+    for line in DEMO.lines() {
+        let words: Vec<_> = line.split(' ').collect();
+        let digits: String = words[0].chars().filter(char::is_ascii_digit).collect();
+        let micros: u64 = digits.parse().expect("a time");
+        let (id, data) = words[2].split_once('#').expect("a frame");
+        let id = u32::from_str_radix(id, 16).expect("an id");
+        let bytes: Vec<_> = (0..data.len() / 2)
+            .map(|k| u8::from_str_radix(&data[2 * k..2 * k + 2], 16).expect("a byte"))
+            .map(|byte| byte.to_string())
+            .collect();
+        let step = micros - before;
+        before = micros;
+        text += &format!(
+            "   {}.{:06} 1  {id}  Rx   d {} {}\r\n",
+            step / 1_000_000,
+            step % 1_000_000,
+            bytes.len(),
+            bytes.join(" ")
+        );
+    }
+    text
+}
+
+#[test]
+fn an_asc_says_itself_its_base_and_what_its_times_count_from() {
+    let log = relative_decimal_asc();
+    assert_is_the_demo(log.as_bytes(), "relative", 0);
+}
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(bytes).expect("memory");
+    encoder.finish().expect("memory")
+}
+
+#[test]
+fn a_compressed_log_is_decoded_as_far_as_it_goes() {
+    let whole = gzip(DEMO.as_bytes());
+    assert_is_the_demo(&whole, "gzip", 0);
+    let cut = decoded(&whole[..whole.len() / 2]);
+    assert!(cut.report.rows > 5000, "{}", cut.report);
+    assert_eq!(cut.report.problems["compressed_data_cut_off"], 1);
+    assert!(cut.notices.iter().any(|said| said.contains("ends early")));
+}
+
+/// A few frames of every kind in every form, with what each counts.
+fn small() -> Vec<(&'static str, String)> {
+    let candump = "\
+        (1609459200.000111) can0 191#FFFF80800C0007D8\n\
+        (1609459200.000222) can1 191#FFFF80800C000757\n\
+        (1609459200.000333) can0 18DAF110#0102\n\
+        (1609459200.000444) can0 711#R\n\
+        (1609459200.000555) can0 191##1000102030405060708090A0B\n\
+        (1609459200.000666) can0 20000004#0004000000000000\n\
+        (1609459200.001111) can0 191#FFFF8080700008D9\n\
+        (1609459200.001222) can0 7FF#00\n";
+    let terminal = "\
+        \u{20}(000.000000)  can0  191   [8]  FF FF 80 80 0C 00 07 D8\n\
+        \u{20}(000.000111)  can1  191   [8]  FF FF 80 80 0C 00 07 57\n\
+        \u{20}(000.000222)  can0  18DAF110   [2]  01 02\n\
+        \u{20}(000.000333)  can0  711   [0]  remote request\n\
+        \u{20}(000.000444)  can0  191  [12]  00 01 02 03 04 05 06 07 08 09 0A 0B\n\
+        \u{20}(000.000555)  can0  20000004   [8]  00 04 00 00 00 00 00 00   ERRORFRAME\n\
+        \u{20}(000.001000)  can0  191   [8]  FF FF 80 80 70 00 08 D9\n\
+        \u{20}(000.001111)  can0  7FF   [1]  00\n";
+    let asc = "\
+        base hex  timestamps absolute\n\
+        \u{20}  0.000111 1  191  Rx   d 8 FF FF 80 80 0C 00 07 D8\n\
+        \u{20}  0.000222 2  191  Tx   d 8 FF FF 80 80 0C 00 07 57\n\
+        \u{20}  0.000333 1  18DAF110x  Rx   d 2 01 02\n\
+        \u{20}  0.000444 1  711  Rx   r 0\n\
+        \u{20}  0.000555 CANFD 1 Rx 191 1 0 9 12 00 01 02 03 04 05 06 07 08 09 0A 0B 0 0 3000 0 0 0 0 0\n\
+        \u{20}  0.000666 1  ErrorFrame\n\
+        \u{20}  0.001111 1  191  Rx   d 8 FF FF 80 80 70 00 08 D9\n\
+        \u{20}  0.001222 1  7FF  Rx   d 1 00\n";
+    let csv = "\
+        timestamp,arbitration_id,extended,remote,error,dlc,data\n\
+        1609459200.000111,0x191,0,0,0,8,//+AgAwAB9g=\n\
+        1609459200.000222,0x192,0,0,0,8,//+AgAwAB1c=\n\
+        1609459200.000333,0x18daf110,1,0,0,2,AQI=\n\
+        1609459200.000444,0x711,0,1,0,0,\n\
+        1609459200.000555,0x191,0,0,0,12,AAECAwQFBgcICQoL\n\
+        1609459200.000666,0x4,1,0,1,8,AAQAAAAAAAA=\n\
+        1609459200.001111,0x191,0,0,0,8,//+AgHAACNk=\n\
+        1609459200.001222,0x7ff,0,0,0,1,AA==\n";
+    vec![
+        ("candump -l", candump.to_owned()),
+        ("candump", terminal.to_owned()),
+        ("ASC", asc.to_owned()),
+        ("CSV", csv.to_owned()),
+    ]
+}
+
+#[test]
+fn every_form_counts_the_same_frames_whatever_its_ends_of_lines() {
+    for (name, log) in small() {
+        for log in [
+            log.clone(),
+            log.replace('\n', "\r\n"),
+            log.trim_end().to_owned(),
+        ] {
+            let Decoded { rows, report, .. } = decoded(log.as_bytes());
+            assert_eq!(rows.len(), 3, "{name}");
+            // One millisecond apart, though another foot was between them.
+            let times = [&rows[0], &rows[2]].map(|row| row.timestamp.as_micros());
+            assert_eq!(times, [120, 1120], "{name}");
+            for kind in ["extended", "remote", "fd", "error_frame", "not_of_a_foot"] {
+                assert_eq!(report.frames.get(kind), Some(&1), "{name}: {kind}");
+            }
+            assert_eq!(report.frames.values().sum::<u64>(), 8, "{name}");
+            assert!(
+                report.problems.is_empty() && report.missing == 0,
+                "{name}: {report}"
+            );
+        }
+    }
+}
+
+/// Lines that are no header and not blank.
+fn entries(bytes: &[u8]) -> u64 {
+    let text = String::from_utf8_lossy(bytes).into_owned();
+    let is_header = |line: &str| {
+        let words: Vec<_> = line.split_ascii_whitespace().collect();
+        matches!(
+            words.join(" ").as_str(),
+            "base hex timestamps absolute"
+                | "timestamp,arbitration_id,extended,remote,error,dlc,data"
+        )
+    };
+    let is_entry = |line: &&str| !line.trim().is_empty() && !is_header(line);
+    text.lines().filter(is_entry).count() as u64
+}
+
+/// Each entry of a log is counted once.
+fn assert_counts_add_up(bytes: &[u8]) {
+    let Ok(Decoded { rows, report, .. }) = decode(bytes, "file", &Feet::default()) else {
+        return;
+    };
+    if report.log.is_none() {
+        return;
+    }
+    let of = |problem: &str| report.problems.get(problem).copied().unwrap_or(0);
+    let contacts = report.frames.get("contact").copied().unwrap_or(0);
+    assert_eq!(rows.len(), report.rows);
+    assert_eq!(rows.len() as u64, contacts - report.duplicates);
+    let wrong: u64 = report
+        .problems
+        .iter()
+        .filter(|(name, _)| {
+            name.ends_with("_of_wrong_length") && *name != "emergency_of_wrong_length"
+        })
+        .map(|(_, count)| count)
+        .sum();
+    let counted = report.frames.values().sum::<u64>() + of("malformed_lines") + wrong;
+    let text = String::from_utf8_lossy(bytes);
+    assert_eq!(counted, entries(bytes), "{report}\n{text}");
+}
+
+#[test]
+fn a_log_that_is_cut_off_anywhere_loses_the_cut_line_alone() {
+    for (name, log) in small() {
+        for log in [log.clone(), log.replace('\n', "\r\n")] {
+            for length in 1..log.len() {
+                let cut = &log.as_bytes()[..length];
+                let whole_lines = log[..length].lines().count() - 1;
+                match decode(cut, "file", &Feet::default()) {
+                    Ok(Decoded { report, .. }) => {
+                        let counted: u64 = report.frames.values().sum();
+                        let headers = u64::from(name == "ASC" || name == "CSV");
+                        assert!(counted + headers >= whole_lines as u64, "{name}, {length}");
+                    }
+                    Err(DecodeError::Unrecognised { .. }) => {
+                        assert_eq!(whole_lines, 0, "{name}, {length}");
+                    }
+                    Err(other) => panic!("{name}, {length}: {other}"),
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_log_whose_beginning_is_lost_is_recognised_by_the_next_line() {
+    for (name, log) in small() {
+        for start in 1..log.find("18").expect("a third frame") {
+            let decoded = decode(&log.as_bytes()[start..], "file", &Feet::default());
+            assert!(decoded.is_ok(), "{name}, {start}: {decoded:?}");
+        }
+    }
+}
+
+#[test]
+fn interfaces_and_forms_may_be_mixed() {
+    let log = small();
+    // A terminal's output behind a log: one file, two feet of the same id on two buses.
+    let both = [log[0].1.as_str(), log[1].1.as_str()].concat();
+    let Decoded { rows, report, .. } = decoded(both.as_bytes());
+    assert_eq!(rows.len(), 6 - report.duplicates as usize);
+    assert_eq!(report.frames.values().sum::<u64>(), 16);
+    assert!(!report.problems.contains_key("malformed_lines"));
+}
+
+#[test]
+fn ten_megabytes_of_anything_are_refused_in_one_line() {
+    let mut state = 1_u32;
+    let mut byte = || {
+        // Marsaglia's xorshift.
+        state ^= state << 13;
+        state ^= state >> 17;
+        state ^= state << 5;
+        state as u8
+    };
+    let random: Vec<u8> = (0..10_000_000).map(|_| byte()).collect();
+    let printable: Vec<u8> = random.iter().map(|byte| 32 + byte % 95).collect();
+    let digits: Vec<u8> = random
+        .iter()
+        .map(|byte| b"01 .()#,\n"[usize::from(byte % 9)])
+        .collect();
+    for (name, bytes) in [
+        ("random", random),
+        ("printable", printable),
+        ("digits", digits),
+    ] {
+        match decode(&bytes, "file", &Feet::default()) {
+            Err(error) => assert_eq!(error.to_string().lines().count(), 1),
+            // Digits and brackets may make a line of a log now and then.
+            Ok(Decoded {
+                report, notices, ..
+            }) => {
+                assert_eq!(name, "digits", "{report}");
+                assert!(notices.len() < 20);
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn whatever_happens_to_a_log_each_of_its_lines_is_counted_once(
+        which in 0_usize..4,
+        damage in vec((any::<Index>(), any::<u8>()), 1..12),
+        cut in any::<Index>(),
+    ) {
+        let mut bytes = small().swap_remove(which).1.into_bytes();
+        for (at, byte) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        bytes.truncate(cut.index(bytes.len()) + 1);
+        assert_counts_add_up(&bytes);
+    }
+}

@@ -1,0 +1,26 @@
+"""The demo's CAN log in every form that python-can writes.
+
+usage: can_logs.py can.log folder
+"""
+
+import pathlib
+import sys
+
+import can
+
+# Both of a log's ends: what the writer is to be called, and what it makes.
+FORMS = ["asc", "csv", "log", "blf", "trc"]
+
+
+def copy(source, target):
+    with can.LogReader(str(source)) as reader, can.Logger(str(target)) as writer:
+        for message in reader:
+            writer(message)
+
+
+log, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+for form in FORMS:
+    copy(log, folder / f"python_can.{form}")
+# What an error advises where a form is not read.
+for form in ["blf", "trc"]:
+    copy(folder / f"python_can.{form}", folder / f"from_{form}.asc")
