@@ -113,11 +113,8 @@ fn a_node_with_another_id_is_a_foot_where_it_is_named() {
 fn log(count: u32) -> String {
     let line = |k: u32| {
         let [low, high, ..] = (100 * k).to_le_bytes();
-        let sequence = k % 256;
-        format!(
-            "(1.{:06}) can0 191#FFFF8080{low:02X}{high:02X}{sequence:02X}1A\n",
-            1000 * k
-        )
+        let (seconds, micros, sequence) = (1 + k / 1000, k % 1000 * 1000, k % 256);
+        format!("({seconds}.{micros:06}) can0 191#FFFF8080{low:02X}{high:02X}{sequence:02X}1A\n")
     };
     (0..count).map(line).collect()
 }
@@ -163,7 +160,8 @@ fn a_hyphen_is_standard_input_and_standard_output() {
 
 #[test]
 fn a_reader_that_has_had_enough_is_no_error() {
-    let bench = Bench::with("x.log", log(600));
+    // More than a pipe holds.
+    let bench = Bench::with("x.log", log(10_000));
     for arguments in [
         "decode x.log --output -",
         "decode x.log",
