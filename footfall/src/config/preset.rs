@@ -28,16 +28,16 @@ impl Preset {
             ..default_params()
         };
         match (self, format) {
-            (Self::Default, Format::Csv | Format::Lcd) => default_params(),
             (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
             (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),
-            (Self::Paper, Format::Csv | Format::PceAtlas) => Params::PAPER,
             // A NAO weighs a third of the load from which the paper's ATLAS is loaded.
             (Self::Paper, Format::Lcd) => Params {
                 load: default_params().load,
                 ..Params::PAPER
             },
             (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
+            (Self::Default, _) => default_params(),
+            (Self::Paper, _) => Params::PAPER,
         }
     }
 

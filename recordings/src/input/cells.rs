@@ -1,14 +1,79 @@
-//! Cells that hold a label or a validity.
+//! The cells of a row, whatever the table is kept in, and those that hold a label or a validity.
+
+use std::borrow::Cow;
 
 use estimator_core::Validity;
 
-use super::error::InputError;
+use super::error::{Cell, InputError};
+use super::iso8601::micros_since_1970;
 use super::table::Row;
 use crate::recording::Label;
 use crate::validity::VALIDITIES;
 
+/// A row of a table, by the index of a column, from 0.
+pub(super) trait Cells {
+    /// Whether there is nothing in a cell.
+    fn is_blank(&self, index: usize) -> bool;
+
+    /// What stands in a cell, as text.
+    fn shown(&self, index: usize) -> Cow<'_, str>;
+
+    /// The number in a cell; `None` where it is blank.
+    fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError>;
+
+    /// The number in a cell, where it is a whole one: those of nanoseconds have more digits than an
+    /// f64.
+    fn whole(&self, index: usize) -> Option<i64>;
+
+    /// The time in a cell, µs, where the cell tells its unit.
+    fn moment_us(&self, index: usize) -> Option<i64>;
+
+    /// Where a cell is, for messages.
+    fn cell(&self, index: usize, name: &str) -> Cell;
+
+    /// The number in a cell that must not be blank.
+    fn number(&self, index: usize, name: &str) -> Result<f64, InputError> {
+        self.optional(index, name)?
+            .ok_or_else(|| InputError::Blank {
+                cell: self.cell(index, name),
+            })
+    }
+}
+
+impl Cells for Row {
+    fn is_blank(&self, index: usize) -> bool {
+        self.text(index).is_empty()
+    }
+
+    fn shown(&self, index: usize) -> Cow<'_, str> {
+        Cow::Borrowed(self.text(index))
+    }
+
+    fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
+        match self.text(index) {
+            "" => Ok(None),
+            text => text.parse().map(Some).map_err(|_| InputError::NotANumber {
+                cell: self.cell(index, name),
+                text: text.to_owned(),
+            }),
+        }
+    }
+
+    fn whole(&self, index: usize) -> Option<i64> {
+        self.text(index).parse().ok()
+    }
+
+    fn moment_us(&self, index: usize) -> Option<i64> {
+        micros_since_1970(self.text(index))
+    }
+
+    fn cell(&self, index: usize, name: &str) -> Cell {
+        Self::cell(self, index, name)
+    }
+}
+
 /// A label in column `index`: 1 is stable, 0 is not.
-pub(super) fn label(row: &Row, index: usize, value: f64) -> Result<Label, InputError> {
+pub(super) fn label(row: &impl Cells, index: usize, value: f64) -> Result<Label, InputError> {
     if value == 1.0 {
         Ok(Label::Stable)
     } else if value == 0.0 {
@@ -16,23 +81,23 @@ pub(super) fn label(row: &Row, index: usize, value: f64) -> Result<Label, InputE
     } else {
         Err(InputError::Label {
             cell: row.cell(index, "label"),
-            text: row.text(index).to_owned(),
+            text: row.shown(index).into_owned(),
         })
     }
 }
 
 /// The validity in column `index`.
-pub(super) fn validity(row: &Row, index: usize) -> Result<Validity, InputError> {
-    let text = row.text(index);
-    if text.is_empty() {
+pub(super) fn validity(row: &impl Cells, index: usize) -> Result<Validity, InputError> {
+    if row.is_blank(index) {
         return Ok(Validity::Valid);
     }
+    let text = row.shown(index);
     VALIDITIES
         .into_iter()
         .find(|(name, _)| *name == text)
         .map(|(_, validity)| validity)
         .ok_or_else(|| InputError::Validity {
             cell: row.cell(index, "validity"),
-            text: text.to_owned(),
+            text: text.into_owned(),
         })
 }

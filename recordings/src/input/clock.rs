@@ -1,11 +1,13 @@
-//! The clock of a `csv`: the column `t`.
+//! The clock of a table: the column `t`.
 
+use super::cells::Cells;
 use super::error::InputError;
-use super::iso8601::micros_since_1970;
 use super::options::TimeUnit;
 use super::rows::NotAfter;
-use super::table::Row;
 use super::time::MAX_TIME_S;
+
+/// Times that tell their unit must lie within this of 1970, µs: in the year 9999 they do.
+const LATEST_US: u64 = 1 << 58;
 
 /// The column that holds the time, and how it is read.
 #[derive(Clone, Copy, Debug)]
@@ -19,17 +21,24 @@ pub(super) struct TimeColumn {
 
 impl TimeColumn {
     /// The time of a row, rounded to a microsecond.
-    pub(super) fn micros(&self, row: &Row) -> Result<i64, InputError> {
-        let text = row.text(self.index);
-        if let Some(micros) = micros_since_1970(text) {
-            return Ok(micros);
+    pub(super) fn micros(&self, row: &impl Cells) -> Result<i64, InputError> {
+        if let Some(micros) = row.moment_us(self.index) {
+            return if micros.unsigned_abs() <= LATEST_US {
+                Ok(micros)
+            } else {
+                Err(InputError::Time {
+                    cell: row.cell(self.index, "t"),
+                    text: row.shown(self.index).into_owned(),
+                    unit: TimeUnit::Microseconds,
+                })
+            };
         }
         let value = row.number(self.index, "t")?;
         let per_second = self.unit.per_second();
         if !(-MAX_TIME_S * per_second..=MAX_TIME_S * per_second).contains(&value) {
             return Err(InputError::Time {
                 cell: row.cell(self.index, "t"),
-                text: text.to_owned(),
+                text: row.shown(self.index).into_owned(),
                 unit: self.unit,
             });
         }
@@ -38,18 +47,18 @@ impl TimeColumn {
             None => 0,
         };
         // Nanoseconds since 1970 have more digits than an f64.
-        let whole = match (self.unit, text.parse::<i64>()) {
-            (TimeUnit::Nanoseconds, Ok(nanoseconds)) => (nanoseconds + 500).div_euclid(1000),
+        let whole = match (self.unit, row.whole(self.index)) {
+            (TimeUnit::Nanoseconds, Some(nanoseconds)) => (nanoseconds + 500).div_euclid(1000),
             _ => (value * (1.0e6 / per_second)).round() as i64,
         };
-        Ok(whole + fraction)
+        Ok(whole.saturating_add(fraction))
     }
 
     /// That a row's time does not come after that of the row before.
-    pub(super) fn order_error(&self, row: &Row, not_after: &NotAfter) -> InputError {
+    pub(super) fn order_error(&self, row: &impl Cells, not_after: &NotAfter) -> InputError {
         InputError::TimeOrder {
             cell: row.cell(self.index, "t"),
-            text: row.text(self.index).to_owned(),
+            text: row.shown(self.index).into_owned(),
             unit: self.unit,
             previous: not_after.previous_us as f64 / (1.0e6 / self.unit.per_second()),
         }

@@ -19,22 +19,14 @@
 //! none of the six is left out and counted, as one of another signal. Times may be dates with times
 //! as in ISO 8601.
 
-use estimator_core::Gravity;
-
-use super::clock::{TimeColumn, unit_since_1970};
 use super::error::InputError;
 use super::extra::ExtraColumns;
 use super::header::Columns;
-use super::layout::{Blanks, Layout};
+use super::intake::{Intake, Taken};
+use super::layout::Layout;
 use super::loaded::Hints;
-use super::names::{FoundTime, find_time};
-use super::options::TimeUnit;
-use super::rows::{Refused, Rows, Source};
 use super::stored::Stored;
-use super::table::{Row, Table};
-
-/// The title of a column `force`.
-const LOAD_TITLE: &str = "force (N)";
+use super::table::Table;
 
 /// Reads a table with a header, and the `extra` columns beside those of a recording.
 ///
@@ -48,95 +40,40 @@ pub(super) fn read(
     let Some(layout) = Layout::of(&mut table, &hints.table)? else {
         return Err(table.empty());
     };
-    let header = &layout.header;
-    let mut columns = Columns::checked(header, table.file())?;
-    extra.header(header, table.file())?;
+    let file = table.file().to_owned();
+    let mut columns = Columns::checked(&layout.header, &file)?;
+    extra.header(&layout.header, &file)?;
     columns.ignored.retain(|name| !extra.reads(name));
-    let mut rows = Rows::new(hints.table.times);
-    let mut column = None;
+    let mut intake = Intake::new(&file, hints, layout, columns);
     while let Some(row) = table.next_row()? {
-        row.expect_columns(columns.count)?;
-        if columns.t.is_some() && layout.blanks == Blanks::NotANumber && columns.has_no_axis(&row) {
-            rows.repairs.blank_rows += 1;
-            continue;
+        row.expect_columns(intake.width())?;
+        match intake.take(&row)? {
+            Taken::Sample => extra.row(&row)?,
+            Taken::Nothing => {}
         }
-        let time = match columns.t {
-            None => None,
-            Some(index) => {
-                let column = column.get_or_insert_with(|| TimeColumn {
-                    index,
-                    nanoseconds: columns.nanoseconds,
-                    unit: time_unit(&layout, hints, &row, index),
-                });
-                Some(column.micros(&row)?)
-            }
-        };
-        let sample = columns.sample(&row, layout.blanks, hints)?;
-        rows.push(time, sample)
-            .map_err(|refused| match (refused, &column) {
-                (Refused::Time(not_after), Some(column)) => column.order_error(&row, &not_after),
-                (refused, _) => refused.into_error(table.file()),
-            })?;
-        extra.row(&row)?;
     }
-    let mut notices: Vec<String> = layout.notice.into_iter().collect();
-    if layout.names_ignored {
-        notices.extend(columns.notice(table.file()));
-    }
-    let kept = rows.kept();
+    let kept = intake.kept();
     if let Some(kept) = &kept {
         extra.retain(kept);
     }
-    let source = Source {
-        file: table.file(),
-        name: table.recording_name().to_owned(),
-        foot: None,
-        gravity: Gravity::Included,
-        load_title: LOAD_TITLE.to_owned(),
-        notices,
-    };
-    rows.finish(source, hints, kept)
-        .map_err(|error| error.with_time_column(time_by_another_name(header)))
-}
-
-/// The unit of the times: the one that is given, or that of the column's name, or the one in which
-/// the first time makes sense.
-fn time_unit(layout: &Layout, hints: &Hints, first: &Row, index: usize) -> TimeUnit {
-    let by_size = || {
-        let value = first.text(index).parse().unwrap_or_default();
-        unit_since_1970(value)
-    };
-    hints
-        .table
-        .time_unit
-        .or(layout.time_unit)
-        .unwrap_or_else(by_size)
-}
-
-/// The column of a table of ours that may be meant by `t`.
-fn time_by_another_name(header: &Row) -> Option<String> {
-    let names: Vec<String> = header.cells().map(str::to_owned).collect();
-    match find_time(&names) {
-        Some(FoundTime::Column(index, _)) => Some(names[index].clone()),
-        _ => None,
-    }
+    intake.finish(table.recording_name().to_owned(), kept)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::error::Place;
     use crate::input::loaded::Loaded;
     use crate::input::options::Times;
-    use crate::input::table::unwrapped;
     use crate::recording::Label;
     use crate::validity::VALIDITIES;
-    use estimator_core::{Load, Timestamp, Validity, Vec3};
+    use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
     use std::io::Write;
 
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(text.as_ref()).unwrap();
-        let stored = read(Table::open(file.path(), unwrapped)?, hints, &mut ())?;
+        let stored = read(Table::open(file.path())?, hints, &mut ())?;
         Ok(stored.into_loaded().unwrap())
     }
 
@@ -181,7 +118,7 @@ mod tests {
             for text in [lines.join(end), lines.join(end) + end] {
                 match read_text(text, &Hints::default()) {
                     Err(InputError::NotANumber { cell, .. }) => {
-                        assert_eq!((cell.line, cell.column), (4, 3));
+                        assert_eq!((cell.place, cell.column), (Place::Line(4), 3));
                     }
                     other => panic!("{other:?}"),
                 }
@@ -264,7 +201,7 @@ mod tests {
         let mut hints = Hints::default();
         hints.table.times = Times::DropBad;
         let mut truth = crate::input::truth::Orientations::default();
-        let table = Table::open(file.path(), unwrapped).unwrap();
+        let table = Table::open(file.path()).unwrap();
         let stored = read(table, &hints, &mut truth).unwrap();
         let loaded = stored.into_loaded().unwrap();
         let kept: Vec<f64> = truth.rows.iter().flatten().map(|q| q.w + q.v.x).collect();

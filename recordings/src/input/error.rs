@@ -8,16 +8,38 @@ use super::format::Format;
 use super::iso8601::micros_since_1970;
 use super::mapping::Mapping;
 use super::options::TimeUnit;
+use super::refusal::ContainerError;
 use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
 use crate::number::{shown, shown_rate};
+
+/// Where in a file a row is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// On this line of a text, from 1.
+    Line(u64),
+    /// This is its number among the rows, from 1, where there are no lines.
+    Row(u64),
+    /// It is not a row but what names the columns, where there are no lines.
+    Names,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, ", line {line}"),
+            Self::Row(row) => write!(f, ", row {row}"),
+            Self::Names => Ok(()),
+        }
+    }
+}
 
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cell {
     /// The file, as it was named.
     pub file: String,
-    /// Line, from 1.
-    pub line: u64,
+    /// Its row.
+    pub place: Place,
     /// Column, from 1.
     pub column: usize,
     /// The column's name.
@@ -28,11 +50,11 @@ impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             file,
-            line,
+            place,
             column,
             name,
         } = self;
-        write!(f, "{file}, line {line}, column {column} ({name})")
+        write!(f, "{file}{place}, column {column} ({name})")
     }
 }
 
@@ -59,11 +81,32 @@ impl fmt::Display for HeaderSlip {
     }
 }
 
+/// What may help a header that is not understood.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Suggestion {
+    /// The mapping that may be meant.
+    Meant(Mapping),
+    /// A mapping of the header's first names, to show how one is written.
+    Example(Mapping),
+}
+
+impl fmt::Display for Suggestion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Meant(mapping) => write!(f, "did you mean --map {mapping}?"),
+            Self::Example(mapping) => write!(
+                f,
+                "--map says which columns stand for them, such as --map {mapping}"
+            ),
+        }
+    }
+}
+
 /// The end of an error about a header: what to do about it.
-fn header_hint(slip: Option<HeaderSlip>, mapping: Option<&Mapping>) -> String {
-    match (slip, mapping) {
+fn header_hint(slip: Option<HeaderSlip>, suggestion: Option<&Suggestion>) -> String {
+    match (slip, suggestion) {
         (Some(slip), _) => format!("; {slip}"),
-        (None, Some(mapping)) => format!("; did you mean --map {mapping}?"),
+        (None, Some(suggestion)) => format!("; {suggestion}"),
         (None, None) => String::new(),
     }
 }
@@ -80,6 +123,9 @@ fn time_text(text: &str, unit: TimeUnit) -> String {
 /// Why a file is no recording. Lines and columns count from 1.
 #[derive(Debug, Error)]
 pub enum InputError {
+    /// It is not read as what its first bytes say.
+    #[error(transparent)]
+    Container(#[from] ContainerError),
     /// The file cannot be opened or read.
     #[error("{file} cannot be read: {source}")]
     Unreadable {
@@ -102,11 +148,14 @@ pub enum InputError {
     },
     /// No format was given and the first line does not show it.
     #[error(
-        "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv"
+        "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv{}",
+        header_hint(None, suggestion.as_ref())
     )]
     UnknownFormat {
         /// The file, as it was named.
         file: String,
+        /// How its columns are named, where they have names.
+        suggestion: Option<Suggestion>,
     },
     /// A line is not text.
     #[error("{file}, line {line}, column {column}: not UTF-8 text")]
@@ -119,12 +168,12 @@ pub enum InputError {
         column: usize,
     },
     /// A line has too many or too few cells.
-    #[error("{file}, line {line}: {found} columns where {expected} are expected")]
+    #[error("{file}{place}: {found} columns where {expected} are expected")]
     ColumnCount {
         /// The file, as it was named.
         file: String,
-        /// The line.
-        line: u64,
+        /// The row.
+        place: Place,
         /// How many it has.
         found: usize,
         /// How many it should have.
@@ -132,28 +181,28 @@ pub enum InputError {
     },
     /// The header lacks columns that every recording needs.
     #[error(
-        "{file}, line {line}: missing in the header: {columns}{}",
-        header_hint(*slip, mapping.as_ref())
+        "{file}{place}: missing in the header: {columns}{}",
+        header_hint(*slip, suggestion.as_ref())
     )]
     MissingColumns {
         /// The file, as it was named.
         file: String,
-        /// The header's line.
-        line: u64,
+        /// Where the header is.
+        place: Place,
         /// The missing names, separated by commas.
         columns: String,
         /// Where they may be all the same.
         slip: Option<HeaderSlip>,
         /// The columns that may be meant.
-        mapping: Option<Mapping>,
+        suggestion: Option<Suggestion>,
     },
     /// A column of a mapping is not in the header.
-    #[error("{file}, line {line}: there is no column {name:?} to map; there are {columns}")]
+    #[error("{file}{place}: there is no column {name:?} to map; there are {columns}")]
     NoSuchColumn {
         /// The file, as it was named.
         file: String,
-        /// The header's line.
-        line: u64,
+        /// Where the header is.
+        place: Place,
         /// The name in the mapping.
         name: String,
         /// The names in the header.
@@ -161,15 +210,15 @@ pub enum InputError {
     },
     /// A column of a mapping may be several.
     #[error(
-        "{file}, line {line}: {name:?} may be {} or {}: give more of its name",
+        "{file}{place}: {name:?} may be {} or {}: give more of its name",
         candidates[0],
         candidates[1]
     )]
     AmbiguousColumn {
         /// The file, as it was named.
         file: String,
-        /// The header's line.
-        line: u64,
+        /// Where the header is.
+        place: Place,
         /// The name in the mapping.
         name: String,
         /// Two columns that it fits.
@@ -177,15 +226,15 @@ pub enum InputError {
     },
     /// There are several sensors in one table.
     #[error(
-        "{file}, line {line}: {} and {} are of two sensors: choose one, such as --map {mapping}",
+        "{file}{place}: {} and {} are of two sensors: choose one, such as --map {mapping}",
         candidates[0],
         candidates[1]
     )]
     SeveralSensors {
         /// The file, as it was named.
         file: String,
-        /// The header's line.
-        line: u64,
+        /// Where the header is.
+        place: Place,
         /// The first axis of two of them.
         candidates: [String; 2],
         /// A mapping that chooses the first.
@@ -193,13 +242,15 @@ pub enum InputError {
     },
     /// Options for tables with a header are given for a format that has its own columns and units.
     #[error(
-        "{file} is read as {format}, which has columns, units and times of its own: --map, --units, --time-unit and --times are for csv"
+        "{file} is read as {format}, which has columns, units and times of its own: {options}"
     )]
     TableOptions {
         /// The file, as it was named.
         file: String,
         /// Its format.
         format: Format,
+        /// Which options are for other formats.
+        options: &'static str,
     },
     /// The header names a column twice.
     #[error("{cell}: this name stands in the header twice")]

@@ -15,11 +15,36 @@ pub enum Format {
     Lcd,
     /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1).
     Csv,
+    /// The columns of a csv in Parquet.
+    Parquet,
+    /// `sensor_msgs/msg/Imu` of ROS 2 in MCAP.
+    Mcap,
+    /// The same in the SQLite of a rosbag2, or the folder of a rosbag2.
+    Rosbag2,
+}
+
+/// What a file holds, as far as it decides which options there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// Columns whose places and units are known.
+    Fixed,
+    /// Columns with names.
+    Columns,
+    /// Messages by topic.
+    Messages,
 }
 
 impl Format {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::PceAtlas, Self::PceGo1, Self::Lcd, Self::Csv];
+    pub const ALL: [Self; 7] = [
+        Self::PceAtlas,
+        Self::PceGo1,
+        Self::Lcd,
+        Self::Csv,
+        Self::Parquet,
+        Self::Mcap,
+        Self::Rosbag2,
+    ];
 
     /// Its name in options.
     #[must_use]
@@ -29,6 +54,9 @@ impl Format {
             Self::PceGo1 => "pce-go1",
             Self::Lcd => "lcd",
             Self::Csv => "csv",
+            Self::Parquet => "parquet",
+            Self::Mcap => "mcap",
+            Self::Rosbag2 => "rosbag2",
         }
     }
 
@@ -48,7 +76,28 @@ impl Format {
             Self::Csv => {
                 "A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1)"
             }
+            Self::Parquet => "The columns of a csv in Parquet",
+            Self::Mcap => "sensor_msgs/msg/Imu of ROS 2 in MCAP; known by its first bytes",
+            Self::Rosbag2 => {
+                "The same in a .db3 of rosbag2, or the folder of a rosbag2; known by its first bytes"
+            }
         }
+    }
+
+    /// How its columns are found.
+    #[must_use]
+    pub const fn content(self) -> Content {
+        match self {
+            Self::PceAtlas | Self::PceGo1 | Self::Lcd => Content::Fixed,
+            Self::Csv | Self::Parquet => Content::Columns,
+            Self::Mcap | Self::Rosbag2 => Content::Messages,
+        }
+    }
+
+    /// Whether files of it are known by their first bytes, and are read from a disk only.
+    #[must_use]
+    pub const fn is_container(self) -> bool {
+        matches!(self, Self::Parquet | Self::Mcap | Self::Rosbag2)
     }
 }
 
@@ -85,7 +134,8 @@ mod tests {
     fn an_unknown_format_is_answered_with_the_known_ones() {
         assert_eq!(
             "xls".parse::<Format>(),
-            Err("there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv".to_owned())
+            Err("there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv, \
+                 parquet, mcap, rosbag2".to_owned())
         );
     }
 }

@@ -2,7 +2,7 @@
 
 use estimator_core::{Axis, Load, Timestamp, Validity};
 
-use super::cells::{label, validity};
+use super::cells::{Cells, label, validity};
 use super::error::{HeaderSlip, InputError};
 use super::layout::{Blanks, NANOSECONDS, shortened, suggestion};
 use super::loaded::{Hints, imu_sample};
@@ -82,12 +82,18 @@ impl Columns {
         } else {
             Err(InputError::MissingColumns {
                 file: file.to_owned(),
-                line: header.line,
+                place: header.place,
                 columns: missing.join(", "),
                 slip: columns.slip(),
-                mapping: suggestion(header, &missing),
+                suggestion: suggestion(header, &missing),
             })
         }
+    }
+
+    /// The indices of all columns that are read.
+    pub(super) fn used(&self) -> Vec<usize> {
+        let others = [self.t, self.nanoseconds, self.force, self.label, self.validity];
+        self.axes.into_iter().chain(others).flatten().collect()
     }
 
     /// The axes that the header does not name.
@@ -123,15 +129,15 @@ impl Columns {
     }
 
     /// Whether a row has no value in any axis.
-    pub(super) fn has_no_axis(&self, row: &Row) -> bool {
+    pub(super) fn has_no_axis(&self, row: &impl Cells) -> bool {
         let mut axes = self.axes.iter().flatten();
-        axes.all(|index| row.text(*index).is_empty())
+        axes.all(|index| row.is_blank(*index))
     }
 
     /// A row's values; the time is filled in later.
     pub(super) fn sample(
         &self,
-        row: &Row,
+        row: &impl Cells,
         blanks: Blanks,
         hints: &Hints,
     ) -> Result<RecordedSample, InputError> {

@@ -2,7 +2,7 @@
 
 use csv::StringRecord;
 
-use super::error::InputError;
+use super::error::{InputError, Place, Suggestion};
 use super::iso8601::micros_since_1970;
 use super::mapping::{Mapping, is_axis, is_ours};
 use super::names::{Found, FoundTime, Triple, find, find_time, guess, position};
@@ -23,6 +23,17 @@ pub(super) enum Blanks {
     Refused,
     /// Not a number; a row that has nothing else is another signal's, and left out.
     NotANumber,
+}
+
+/// The column of a table that pandas puts before those with names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Index {
+    /// There is none.
+    None,
+    /// It is no time.
+    Other,
+    /// It is the time, in the column of this index.
+    Time(usize),
 }
 
 /// A header that has been understood as far as it can be.
@@ -76,7 +87,7 @@ impl Layout {
             Some(first) => ros2::header(first).map(|names| first.with_cells(names)),
             None => None,
         };
-        let is_message = message.is_some();
+        let by_message = message.is_some();
         let header = match message.or(comment) {
             Some(header) => header,
             None => match table.next_row()? {
@@ -84,34 +95,54 @@ impl Layout {
                 None => return Ok(None),
             },
         };
-        let file = table.file().to_owned();
+        let index = if header.cells().next() != Some("") {
+            Index::None
+        } else if index_is_time(table)? {
+            Index::Time(0)
+        } else {
+            Index::Other
+        };
+        let layout = Self::named(&header, table.file(), options, index)?;
+        Ok(Some(Self {
+            names_ignored: !by_message,
+            ..layout
+        }))
+    }
+
+    /// Finds our columns among those of a header.
+    pub(super) fn named(
+        header: &Row,
+        file: &str,
+        options: &TableOptions,
+        index: Index,
+    ) -> Result<Self, InputError> {
         let mut naming = Naming {
             names: header.cells().map(str::to_owned).collect(),
             taken: Vec::new(),
-            line: header.line,
-            file,
+            place: header.place,
+            file: file.to_owned(),
             time_unit: None,
         };
         naming.map(&options.mapping)?;
         naming.recognise()?;
-        let has_index = header.cells().next() == Some("");
-        if has_index && !naming.has("t") && index_is_time(table)? {
-            naming.take("t", 0);
+        if let Index::Time(column) = index
+            && !naming.has("t")
+        {
+            naming.take("t", column);
         }
         let foreign = !naming.taken.is_empty();
-        let notice = (!naming.taken.is_empty() && options.mapping.is_empty())
-            .then(|| naming.notice(&header));
-        Ok(Some(Self {
+        let notice = (foreign && options.mapping.is_empty()).then(|| naming.notice(header));
+        Ok(Self {
             header: header.with_cells(naming.names.iter().collect()),
-            blanks: if foreign || has_index {
+            blanks: if foreign || index != Index::None {
                 Blanks::NotANumber
             } else {
                 Blanks::Refused
             },
             time_unit: naming.time_unit,
             notice,
-            names_ignored: !is_message,
-        }))
+            names_ignored: true,
+        })
     }
 }
 
@@ -126,7 +157,7 @@ struct Naming {
     names: Vec<String>,
     /// Our names for columns that had others, with the index.
     taken: Vec<(&'static str, usize)>,
-    line: u64,
+    place: Place,
     file: String,
     time_unit: Option<TimeUnit>,
 }
@@ -159,7 +190,7 @@ impl Naming {
                 [] => {
                     return Err(InputError::NoSuchColumn {
                         file: self.file.clone(),
-                        line: self.line,
+                        place: self.place,
                         name: theirs.to_owned(),
                         columns: shortened(&given),
                     });
@@ -167,7 +198,7 @@ impl Naming {
                 [one, other, ..] => {
                     return Err(InputError::AmbiguousColumn {
                         file: self.file.clone(),
-                        line: self.line,
+                        place: self.place,
                         name: theirs.to_owned(),
                         candidates: [given[one].clone(), given[other].clone()],
                     });
@@ -194,7 +225,7 @@ impl Naming {
                 Found::Several(first, second) => {
                     return Err(InputError::SeveralSensors {
                         file: self.file.clone(),
-                        line: self.line,
+                        place: self.place,
                         candidates: [given[first[0]].clone(), given[second[0]].clone()],
                         mapping: pairs(&ours, &first, &given),
                     });
@@ -244,23 +275,47 @@ fn pairs(ours: &[&str], indices: &[usize], names: &[String]) -> Mapping {
     Mapping::from_pairs(ours.iter().zip(indices).map(pair).collect())
 }
 
-/// The mapping by which a header would be understood, as far as its names tell.
-pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Mapping> {
+/// What may help a header in which our names are missing: the mapping by which it would be
+/// understood where its names tell, or else how one is written.
+pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Suggestion> {
     let names: Vec<String> = header.cells().map(str::to_owned).collect();
     let mut wanted: Vec<&'static str> = missing.to_vec();
     if !names.iter().any(|name| name == "t") {
         wanted.insert(0, "t");
     }
     let mut found: Vec<(String, String)> = Vec::new();
-    for ours in wanted {
+    for ours in &wanted {
         if let Some(index) = guess(ours, &names)
             && !is_ours(&names[index])
             && !found.iter().any(|(_, theirs)| *theirs == names[index])
         {
-            found.push((ours.to_owned(), names[index].clone()));
+            found.push(((*ours).to_owned(), names[index].clone()));
         }
     }
-    (!found.is_empty()).then(|| Mapping::from_pairs(found))
+    if found.iter().any(|(ours, _)| is_axis(ours)) {
+        return Some(Suggestion::Meant(Mapping::from_pairs(found)));
+    }
+    example(&wanted, &names)
+}
+
+/// How a mapping is written that takes the first columns of a file for ours, where they have names.
+pub(super) fn example(wanted: &[&str], names: &[String]) -> Option<Suggestion> {
+    let is_name =
+        |name: &&String| !name.is_empty() && name.parse::<f64>().is_err() && !is_ours(name);
+    let mut theirs: Vec<&String> = Vec::new();
+    for name in names.iter().filter(is_name) {
+        if !theirs.contains(&name) {
+            theirs.push(name);
+        }
+    }
+    if theirs.len() < wanted.iter().filter(|ours| is_axis(ours)).count() {
+        return None;
+    }
+    // Where there is one name too few, the time does without.
+    let wanted = &wanted[wanted.len().saturating_sub(theirs.len())..];
+    let pairs = wanted.iter().zip(theirs);
+    let pairs = pairs.map(|(ours, theirs)| ((*ours).to_owned(), theirs.clone()));
+    Some(Suggestion::Example(Mapping::from_pairs(pairs.collect())))
 }
 
 /// Our name as one that lives as long as the program.

@@ -4,6 +4,7 @@ use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, 
 
 use super::correction::Correction;
 use super::options::TableOptions;
+use super::topics::BagOptions;
 use crate::recording::Recording;
 
 /// What is known about a file beyond its format.
@@ -15,8 +16,10 @@ pub struct Hints {
     pub gravity: Option<Gravity>,
     /// The sensor's static calibration.
     pub correction: Correction,
-    /// How a `csv` is to be understood.
+    /// How columns with names are to be understood; units and times are those of bags, too.
     pub table: TableOptions,
+    /// Which topics of a bag are read.
+    pub bag: BagOptions,
 }
 
 /// Rows of a `csv` that are not in the recording as they stand in the file.

@@ -38,11 +38,11 @@ use std::path::Path;
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Axis, Load, Params, Saturation, Validity};
 
-use super::cells::label;
+use super::cells::{Cells, label};
 use super::correction::Correction;
 use super::error::InputError;
 use super::loaded::{Hints, Loaded, Repairs, imu_sample, steady_time};
-use super::table::{Row, Table, unwrapped};
+use super::table::{Row, Table};
 use crate::recording::{Label, RecordedSample, Recording};
 
 /// Rate of the ATLAS recordings, Hz.
@@ -125,7 +125,7 @@ pub fn read_with_wrench(
     labels: LabelScheme,
 ) -> Result<(Recording, Vec<Wrench>), InputError> {
     read_table(
-        Table::open(path, unwrapped)?,
+        Table::open(path)?,
         labels,
         labels.sample_rate(),
         &Correction::default(),
@@ -276,6 +276,7 @@ fn go1_notice(file: &str, imu_rows: usize, force_rows: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::error::Place;
     use estimator_core::Vec3;
     use std::fmt::Write as _;
 
@@ -290,7 +291,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("recording.csv");
         std::fs::write(&path, text).unwrap();
-        read(Table::open(&path, unwrapped)?, &Hints::default())
+        read(Table::open(&path)?, &Hints::default())
     }
 
     #[test]
@@ -332,7 +333,7 @@ mod tests {
 
         std::fs::write(&path, rows(&[0, 3])).unwrap();
         match read_with_wrench(&path, LabelScheme::ContactClass) {
-            Err(InputError::Label { cell, .. }) => assert_eq!(cell.line, 2),
+            Err(InputError::Label { cell, .. }) => assert_eq!(cell.place, Place::Line(2)),
             other => panic!("{other:?}"),
         }
     }
@@ -386,7 +387,7 @@ mod tests {
     fn imu_values_after_a_row_without_any_are_refused() {
         let text = "0,0,0,1,0,0,0\n0,,,,,,\n0,0,0,1,0,0,0\n";
         match load(text, read_go1) {
-            Err(InputError::ImuAfterForceOnly { cell }) => assert_eq!(cell.line, 3),
+            Err(InputError::ImuAfterForceOnly { cell }) => assert_eq!(cell.place, Place::Line(3)),
             other => panic!("{other:?}"),
         }
     }

@@ -1,13 +1,13 @@
 //! Rows of cells from a file, with the line numbers people see in an editor.
 
 use std::fs::File;
-use std::io::{Chain, Cursor, Read};
+use std::io::{self, Chain, Cursor, Read};
 use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 
 use super::compressed::decompressed;
-use super::error::{Cell, InputError};
+use super::error::{Cell, InputError, Place};
 use super::head::{COMMENT, Head};
 use super::iso8601::micros_since_1970;
 use super::layout;
@@ -24,41 +24,44 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Opens a file, to read what `wrap` makes of it and its length in bytes.
-    pub(super) fn open(
-        path: &Path,
-        wrap: impl FnOnce(File, u64) -> Box<dyn Read>,
-    ) -> Result<Self, InputError> {
-        let file = path.display().to_string();
-        let opened = File::open(path).and_then(|open| {
-            let bytes = open.metadata()?.len();
-            let mut text = decompressed(wrap(open, bytes))?;
-            Ok((Head::of(&mut text)?, text))
-        });
-        match opened {
-            Ok((head, text)) => Ok(Self {
-                recording_name: recording_name(path),
-                peeked: None,
-                comment: head.comment.map(|(line, cells)| Row {
-                    file: file.clone(),
-                    line,
-                    cells,
-                }),
-                file,
-                reader: ReaderBuilder::new()
-                    .has_headers(false)
-                    .delimiter(head.separator)
-                    .comment(Some(COMMENT))
-                    // Counts are checked against what the format expects, not against line 1.
-                    .flexible(true)
-                    // A carriage return is taken for space around a cell, so that every row
-                    // ends right after its line feed: see `line`.
-                    .terminator(Terminator::Any(b'\n'))
-                    .trim(Trim::All)
-                    .from_reader(beginning_with(head.bytes, text).chain(&b"\n"[..])),
-            }),
-            Err(source) => Err(InputError::Unreadable { file, source }),
+    /// Opens a file that is known to be a table.
+    pub(super) fn open(path: &Path) -> Result<Self, InputError> {
+        let name = path.display().to_string();
+        let opened = File::open(path).and_then(|file| decompressed(Box::new(file)));
+        match opened.and_then(|text| Self::of(name.clone(), recording_name(path), text)) {
+            Ok(table) => Ok(table),
+            Err(source) => Err(InputError::Unreadable { file: name, source }),
         }
+    }
+
+    /// The table in a text.
+    pub(super) fn of(
+        file: String,
+        recording_name: String,
+        mut text: Box<dyn Read>,
+    ) -> io::Result<Self> {
+        let head = Head::of(&mut text)?;
+        Ok(Self {
+            recording_name,
+            peeked: None,
+            comment: head.comment.map(|(line, cells)| Row {
+                file: file.clone(),
+                place: Place::Line(line),
+                cells,
+            }),
+            file,
+            reader: ReaderBuilder::new()
+                .has_headers(false)
+                .delimiter(head.separator)
+                .comment(Some(COMMENT))
+                // Counts are checked against what the format expects, not against line 1.
+                .flexible(true)
+                // A carriage return is taken for space around a cell, so that every row
+                // ends right after its line feed: see `line`.
+                .terminator(Terminator::Any(b'\n'))
+                .trim(Trim::All)
+                .from_reader(beginning_with(head.bytes, text).chain(&b"\n"[..])),
+        })
     }
 
     /// The comment above the first row, where it names the columns of numbers below it.
@@ -108,7 +111,7 @@ impl Table {
                 Ok(true) => {
                     return Ok(Some(Row {
                         file: self.file.clone(),
-                        line: self.line(),
+                        place: Place::Line(self.line()),
                         cells,
                     }));
                 }
@@ -136,28 +139,23 @@ impl Table {
             csv::ErrorKind::Io(source) => InputError::Unreadable { file, source },
             _ => InputError::Unreadable {
                 file,
-                source: std::io::Error::other(message),
+                source: io::Error::other(message),
             },
         }
     }
 }
 
-/// A wrapper for [`Table::open`] that changes nothing.
-pub(super) fn unwrapped(file: File, _: u64) -> Box<dyn Read> {
-    Box::new(file)
-}
-
 /// What was read already, and the rest.
-fn beginning_with(bytes: Vec<u8>, rest: Box<dyn Read>) -> Box<dyn Read> {
+pub(super) fn beginning_with(bytes: Vec<u8>, rest: Box<dyn Read>) -> Box<dyn Read> {
     Box::new(Cursor::new(bytes).chain(rest))
 }
 
 /// Where a recording comes from, as its title: the file's name without its extension, nor the one
 /// of its compression.
-fn recording_name(path: &Path) -> String {
+pub(super) fn recording_name(path: &Path) -> String {
     let compressed = path
         .extension()
-        .is_some_and(|extension| ["gz", "zst"].iter().any(|known| extension == *known));
+        .is_some_and(|extension| ["gz", "zst", "zstd"].iter().any(|known| extension == *known));
     let whole = if compressed {
         Path::new(path.file_stem().unwrap_or_default())
     } else {
@@ -174,11 +172,20 @@ fn recording_name(path: &Path) -> String {
 #[derive(Clone)]
 pub(super) struct Row {
     file: String,
-    pub(super) line: u64,
+    pub(super) place: Place,
     cells: StringRecord,
 }
 
 impl Row {
+    /// The names of columns of a file that has no lines.
+    pub(super) fn of_names(file: &str, names: &[String]) -> Self {
+        Self {
+            file: file.to_owned(),
+            place: Place::Names,
+            cells: names.iter().collect(),
+        }
+    }
+
     /// The cells, without space around them.
     pub(super) fn cells(&self) -> impl Iterator<Item = &str> {
         self.cells.iter()
@@ -193,7 +200,7 @@ impl Row {
     pub(super) fn with_cells(&self, cells: StringRecord) -> Self {
         Self {
             file: self.file.clone(),
-            line: self.line,
+            place: self.place,
             cells,
         }
     }
@@ -205,7 +212,7 @@ impl Row {
         } else {
             Err(InputError::ColumnCount {
                 file: self.file.clone(),
-                line: self.line,
+                place: self.place,
                 found: self.cells.len(),
                 expected,
             })
@@ -217,30 +224,11 @@ impl Row {
         self.cells.get(index).unwrap_or_default()
     }
 
-    /// The number in column `index` (from 0); `None` where the cell is blank.
-    pub(super) fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
-        match self.text(index) {
-            "" => Ok(None),
-            text => text.parse().map(Some).map_err(|_| InputError::NotANumber {
-                cell: self.cell(index, name),
-                text: text.to_owned(),
-            }),
-        }
-    }
-
-    /// The number in column `index` (from 0), which must not be blank.
-    pub(super) fn number(&self, index: usize, name: &str) -> Result<f64, InputError> {
-        self.optional(index, name)?
-            .ok_or_else(|| InputError::Blank {
-                cell: self.cell(index, name),
-            })
-    }
-
     /// Where a cell is, for messages.
     pub(super) fn cell(&self, index: usize, name: &str) -> Cell {
         Cell {
             file: self.file.clone(),
-            line: self.line,
+            place: self.place,
             column: index + 1,
             name: name.to_owned(),
         }

@@ -8,6 +8,7 @@
 //!
 //! They are no part of a recording: what replays it must not see them.
 
+use super::cells::Cells;
 use super::error::InputError;
 use super::extra::ExtraColumns;
 use super::table::Row;
@@ -66,10 +67,10 @@ impl ExtraColumns for Orientations {
         } else {
             Err(InputError::MissingColumns {
                 file: file.to_owned(),
-                line: header.line,
+                place: header.place,
                 columns: missing.join(", "),
                 slip: None,
-                mapping: None,
+                suggestion: None,
             })
         }
     }

@@ -1,0 +1,220 @@
+//! The messages of one topic become the rows of a recording.
+
+use estimator_core::{Gravity, Load, Timestamp, Validity};
+
+use super::super::error::InputError;
+use super::super::loaded::{Hints, imu_sample};
+use super::super::refusal::{ContainerError, ImuTopic};
+use super::super::rows::{Rows, Source};
+use super::super::stored::Stored;
+use super::cdr::decode;
+use super::load::{Clock, LoadSeries, OLDEST_US};
+use super::messages::Imu;
+use super::storage::micros;
+use crate::recording::RecordedSample;
+
+/// A topic with samples of an IMU.
+pub(super) struct Feed {
+    pub(super) topic: String,
+    pub(super) messages: u64,
+    /// When the first and the last were written, µs.
+    log_us: Option<(i64, i64)>,
+    rows: Rows,
+    clock: Clock,
+    without: Without,
+}
+
+/// Messages in which something is missing.
+#[derive(Clone, Copy, Debug, Default)]
+struct Without {
+    stamp: u64,
+    accelerations: u64,
+    rates: u64,
+    load: u64,
+}
+
+/// What a foot is called, beside its topic.
+pub(super) struct Name {
+    pub(super) recording: String,
+    pub(super) foot: Option<String>,
+}
+
+impl Feed {
+    pub(super) fn new(topic: String, hints: &Hints) -> Self {
+        Self {
+            topic,
+            messages: 0,
+            log_us: None,
+            rows: Rows::new(hints.table.times),
+            clock: Clock::Log,
+            without: Without::default(),
+        }
+    }
+
+    /// Counts a message without looking into it.
+    pub(super) fn count(&mut self, log_ns: i64) {
+        self.messages += 1;
+        let now_us = micros(log_ns);
+        let (first, last) = self.log_us.unwrap_or((now_us, now_us));
+        self.log_us = Some((first.min(now_us), last.max(now_us)));
+    }
+
+    /// Takes in a message that was counted.
+    pub(super) fn take(
+        &mut self,
+        log_ns: i64,
+        payload: &[u8],
+        load: Option<&LoadSeries>,
+        hints: &Hints,
+        file: &str,
+    ) -> Result<(), InputError> {
+        let imu: Imu = decode(payload).map_err(|what| ContainerError::Message {
+            file: file.to_owned(),
+            topic: self.topic.clone(),
+            number: self.messages,
+            what,
+        })?;
+        let log_us = micros(log_ns);
+        let time_us = match (imu.header.stamp.micros(), self.clock) {
+            (Some(stamp_us), Clock::Stamp) => stamp_us,
+            (Some(stamp_us), Clock::Log) => {
+                // Those before had no stamps, so their times are those of another clock.
+                self.without = Without {
+                    stamp: self.messages - 1,
+                    ..Without::default()
+                };
+                self.rows = Rows::new(hints.table.times);
+                self.clock = Clock::Stamp;
+                stamp_us
+            }
+            (None, Clock::Log) => log_us,
+            (None, Clock::Stamp) => {
+                self.without.stamp += 1;
+                return Ok(());
+            }
+        };
+        let load = load.map(|series| match (self.clock, series.clock()) {
+            (Clock::Stamp, Clock::Stamp) => series.at(time_us, Clock::Stamp),
+            _ => series.at(log_us, Clock::Log),
+        });
+        self.without.load += u64::from(load == Some(None));
+        self.without.accelerations += u64::from(!imu.has_accelerations());
+        self.without.rates += u64::from(!imu.has_rates());
+        let [ax, ay, az] = known(imu.linear_acceleration, imu.has_accelerations());
+        let [wx, wy, wz] = known(imu.angular_velocity, imu.has_rates());
+        let readings = hints.table.units.to_si([ax, ay, az, wx, wy, wz]);
+        let sample = RecordedSample {
+            imu: imu_sample(
+                Timestamp::default(),
+                readings,
+                Validity::Valid,
+                &hints.correction,
+            ),
+            load: load.flatten().map(Load),
+            label: None,
+        };
+        let pushed = self.rows.push(Some(time_us), sample);
+        pushed.map_err(|refused| refused.into_error(&self.place(file)))
+    }
+
+    /// What is known about the topic.
+    pub(super) fn about(&self) -> ImuTopic {
+        let rate = self.log_us.and_then(|(first, last)| {
+            let span_us = last.abs_diff(first) as f64;
+            let periods = self.messages.checked_sub(1).filter(|_| span_us > 0.0)?;
+            Some(1.0e6 * periods as f64 / span_us)
+        });
+        ImuTopic {
+            name: self.topic.clone(),
+            messages: self.messages,
+            rate,
+        }
+    }
+
+    /// The recording.
+    pub(super) fn finish(
+        self,
+        name: Name,
+        load: Option<&LoadSeries>,
+        hints: &Hints,
+        file: &str,
+    ) -> Result<Stored, InputError> {
+        let place = self.place(file);
+        let taken = match self.clock {
+            Clock::Stamp => self.messages - self.without.stamp,
+            Clock::Log => self.messages,
+        };
+        for (without, sensor) in [
+            (self.without.accelerations, "linear_acceleration"),
+            (self.without.rates, "angular_velocity"),
+        ] {
+            if without > 0 && without == taken {
+                return Err(ContainerError::Absent {
+                    file: file.to_owned(),
+                    topic: self.topic,
+                    sensor,
+                }
+                .into());
+            }
+        }
+        let notices = self.notices(&place, load);
+        let source = Source {
+            file: &place,
+            name: name.recording,
+            foot: name.foot,
+            gravity: Gravity::Included,
+            load_title: load.map_or_else(|| "load".to_owned(), LoadSeries::title),
+            notices,
+        };
+        let kept = self.rows.kept();
+        self.rows.finish(source, hints, kept)
+    }
+
+    fn notices(&self, place: &str, load: Option<&LoadSeries>) -> Vec<String> {
+        let Without {
+            stamp,
+            accelerations,
+            rates,
+            load: unloaded,
+        } = self.without;
+        let mut notices = Vec::new();
+        if self.clock == Clock::Log {
+            notices.push(format!(
+                "{place}: no message has a stamp, so times are those when messages were written"
+            ));
+        }
+        let mut counted = |count: u64, what: String| {
+            let noun = if count == 1 { "message" } else { "messages" };
+            if count > 0 {
+                notices.push(format!("{place}: {count} {noun} {what}"));
+            }
+        };
+        counted(stamp, "left out, which have no stamp".to_owned());
+        counted(
+            accelerations,
+            "have no accelerations, as their covariance says: invalid samples".to_owned(),
+        );
+        counted(
+            rates,
+            "have no angular rates, as their covariance says: invalid samples".to_owned(),
+        );
+        if let Some(series) = load {
+            let what = format!(
+                "have no load: nothing on {} within {} ms before them",
+                series.topic,
+                OLDEST_US / 1000
+            );
+            counted(unloaded, what);
+        }
+        notices
+    }
+
+    fn place(&self, file: &str) -> String {
+        format!("{file}, topic {}", self.topic)
+    }
+}
+
+/// Three readings, or none.
+fn known(readings: [f64; 3], are_there: bool) -> [f64; 3] {
+    if are_there { readings } else { [f64::NAN; 3] }
+}

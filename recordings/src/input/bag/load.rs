@@ -1,0 +1,236 @@
+//! The load of a foot, from a topic with numbers.
+
+use super::super::error::InputError;
+use super::super::refusal::ContainerError;
+use super::super::topics::LoadTopic;
+use super::cdr::decode;
+use super::messages::{Float32, Float64, MultiArray, Wrench, WrenchStamped};
+use super::storage::{Channel, micros};
+
+/// A load is believed for as long, µs: half of the shortest stance of a walking robot. It must
+/// arrive ten times a second.
+pub(super) const OLDEST_US: i64 = 100_000;
+
+/// The types of messages that may be a load, and their fields.
+const TYPES: [(&str, Type); 6] = [
+    ("std_msgs/msg/Float32", Type::Float32),
+    ("std_msgs/msg/Float64", Type::Float64),
+    ("geometry_msgs/msg/Wrench", Type::Wrench),
+    ("geometry_msgs/msg/WrenchStamped", Type::WrenchStamped),
+    ("std_msgs/msg/Float32MultiArray", Type::Floats32),
+    ("std_msgs/msg/Float64MultiArray", Type::Floats64),
+];
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Type {
+    Float32,
+    Float64,
+    Wrench,
+    WrenchStamped,
+    Floats32,
+    Floats64,
+}
+
+/// Which number of a message is the load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Field {
+    Data,
+    Force(usize),
+    Magnitude,
+    Element(usize),
+}
+
+impl Type {
+    const fn fields(self) -> &'static str {
+        match self {
+            Self::Float32 | Self::Float64 => "data",
+            Self::Wrench | Self::WrenchStamped => {
+                "force.x, force.y, force.z (which is taken where none is named), and force, its magnitude"
+            }
+            Self::Floats32 | Self::Floats64 => "data[0], data[1] and so on",
+        }
+    }
+
+    /// A field by its name.
+    fn field(self, name: Option<&str>) -> Option<Field> {
+        match (self, name) {
+            (Self::Float32 | Self::Float64, None | Some("data")) => Some(Field::Data),
+            (Self::Wrench | Self::WrenchStamped, None) => Some(Field::Force(2)),
+            (Self::Wrench | Self::WrenchStamped, Some(name)) => {
+                match name.strip_prefix("wrench.").unwrap_or(name) {
+                    "force.x" => Some(Field::Force(0)),
+                    "force.y" => Some(Field::Force(1)),
+                    "force.z" => Some(Field::Force(2)),
+                    "force" => Some(Field::Magnitude),
+                    _ => None,
+                }
+            }
+            (Self::Floats32 | Self::Floats64, Some(name)) => {
+                let index = name.strip_prefix("data[")?.strip_suffix(']')?;
+                index.parse().ok().map(Field::Element)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// All values of a load. They take 16 bytes each, 32 where they have stamps.
+pub(super) struct LoadSeries {
+    pub(super) topic: LoadTopic,
+    kind: Option<(Type, Field)>,
+    messages: u64,
+    /// By the time when they were written, µs.
+    by_log: Vec<(i64, f32)>,
+    /// By their own time, as long as all of them have one.
+    by_stamp: Option<Vec<(i64, f32)>>,
+}
+
+/// What times are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Clock {
+    /// Those of the sensors.
+    Stamp,
+    /// Those when messages were written.
+    Log,
+}
+
+impl LoadSeries {
+    pub(super) const fn new(topic: LoadTopic) -> Self {
+        Self {
+            topic,
+            kind: None,
+            messages: 0,
+            by_log: Vec::new(),
+            by_stamp: Some(Vec::new()),
+        }
+    }
+
+    /// Whether a channel is this load; an error where it is, but has no such field.
+    pub(super) fn declare(&mut self, channel: &Channel, file: &str) -> Result<bool, InputError> {
+        if channel.topic != self.topic.topic {
+            return Ok(false);
+        }
+        let known = TYPES.iter().find(|(name, _)| *name == channel.message);
+        let Some((_, kind)) = known.filter(|_| channel.encoding == "cdr") else {
+            return Err(ContainerError::LoadField {
+                file: file.to_owned(),
+                load: self.topic.clone(),
+                message: channel.message.clone(),
+                fields: "no number that is known here: there are Float32, Float64, their \
+                         MultiArrays, Wrench and WrenchStamped",
+            }
+            .into());
+        };
+        let Some(field) = kind.field(self.topic.field.as_deref()) else {
+            return Err(ContainerError::LoadField {
+                file: file.to_owned(),
+                load: self.topic.clone(),
+                message: channel.message.clone(),
+                fields: kind.fields(),
+            }
+            .into());
+        };
+        self.kind = Some((*kind, field));
+        Ok(true)
+    }
+
+    /// Whether the bag has the topic.
+    pub(super) const fn is_declared(&self) -> bool {
+        self.kind.is_some()
+    }
+
+    /// What the load is called in titles.
+    pub(super) fn title(&self) -> String {
+        match self.kind {
+            Some((Type::Wrench | Type::WrenchStamped, _)) => format!("{} (N)", self.topic),
+            _ => self.topic.to_string(),
+        }
+    }
+
+    /// Takes in a message.
+    pub(super) fn take(
+        &mut self,
+        log_ns: i64,
+        payload: &[u8],
+        file: &str,
+    ) -> Result<(), InputError> {
+        let Some(kind) = self.kind else {
+            return Ok(());
+        };
+        self.messages += 1;
+        let (value, stamp_us) = number(kind, payload).map_err(|what| ContainerError::Message {
+            file: file.to_owned(),
+            topic: self.topic.topic.clone(),
+            number: self.messages,
+            what,
+        })?;
+        if !value.is_finite() {
+            return Ok(());
+        }
+        self.by_log.push((micros(log_ns), value as f32));
+        match (&mut self.by_stamp, stamp_us) {
+            (Some(by_stamp), Some(stamp_us)) => by_stamp.push((stamp_us, value as f32)),
+            _ => self.by_stamp = None,
+        }
+        Ok(())
+    }
+
+    /// That all values have come.
+    pub(super) fn sort(&mut self) {
+        // Of two at one time the later one counts: the order of equal times is kept.
+        self.by_log.sort_by_key(|(time, _)| *time);
+        if let Some(by_stamp) = &mut self.by_stamp {
+            by_stamp.sort_by_key(|(time, _)| *time);
+        }
+    }
+
+    /// Which time finds the load of a sample with a stamp of its own.
+    pub(super) const fn clock(&self) -> Clock {
+        match self.by_stamp {
+            Some(_) => Clock::Stamp,
+            None => Clock::Log,
+        }
+    }
+
+    /// The last value at a time or before it, unless it is older than [`OLDEST_US`].
+    pub(super) fn at(&self, time_us: i64, clock: Clock) -> Option<f32> {
+        let values = match (clock, &self.by_stamp) {
+            (Clock::Stamp, Some(by_stamp)) => by_stamp,
+            _ => &self.by_log,
+        };
+        let after = values.partition_point(|(time, _)| *time <= time_us);
+        let (time, value) = values.get(after.checked_sub(1)?)?;
+        (time_us.abs_diff(*time) <= OLDEST_US.unsigned_abs()).then_some(*value)
+    }
+}
+
+/// The number of a message, and its stamp, µs.
+fn number((kind, field): (Type, Field), payload: &[u8]) -> Result<(f64, Option<i64>), String> {
+    let element = |data: &[f64], index: usize| {
+        let missing = || format!("it has {} numbers and no data[{index}]", data.len());
+        data.get(index).copied().ok_or_else(missing)
+    };
+    let force = |wrench: &Wrench| match field {
+        Field::Force(axis) => wrench.force[axis.min(2)],
+        _ => wrench.force.map(|part| part * part).iter().sum::<f64>().sqrt(),
+    };
+    let index = match field {
+        Field::Element(index) => index,
+        _ => 0,
+    };
+    Ok(match kind {
+        Type::Float32 => (f64::from(decode::<Float32>(payload)?.data), None),
+        Type::Float64 => (decode::<Float64>(payload)?.data, None),
+        Type::Wrench => (force(&decode(payload)?), None),
+        Type::WrenchStamped => {
+            let stamped: WrenchStamped = decode(payload)?;
+            (force(&stamped.wrench), stamped.header.stamp.micros())
+        }
+        Type::Floats32 => {
+            let array: MultiArray<f32> = decode(payload)?;
+            let data: Vec<f64> = array.data.into_iter().map(f64::from).collect();
+            (element(&data, index)?, None)
+        }
+        Type::Floats64 => (element(&decode::<MultiArray<f64>>(payload)?.data, index)?, None),
+    })
+}

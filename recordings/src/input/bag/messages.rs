@@ -1,0 +1,100 @@
+//! The messages of ROS 2 that are read, field by field as their definitions have them. Source:
+//! <https://github.com/ros2/common_interfaces>.
+
+use serde::Deserialize;
+
+use super::cdr::Skipped;
+
+/// `builtin_interfaces/msg/Time`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct Time {
+    pub(super) sec: i32,
+    pub(super) nanosec: u32,
+}
+
+impl Time {
+    /// In µs, rounded; `None` for zero, which means that there is none.
+    pub(super) fn micros(self) -> Option<i64> {
+        let Self { sec, nanosec } = self;
+        if (sec, nanosec) == (0, 0) {
+            return None;
+        }
+        Some(1_000_000 * i64::from(sec) + (i64::from(nanosec) + 500) / 1000)
+    }
+}
+
+/// `std_msgs/msg/Header`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct Header {
+    pub(super) stamp: Time,
+    _frame_id: Skipped,
+}
+
+/// `sensor_msgs/msg/Imu`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct Imu {
+    pub(super) header: Header,
+    _orientation: [f64; 4],
+    _orientation_covariance: [f64; 9],
+    pub(super) angular_velocity: [f64; 3],
+    angular_velocity_covariance: [f64; 9],
+    pub(super) linear_acceleration: [f64; 3],
+    linear_acceleration_covariance: [f64; 9],
+}
+
+impl Imu {
+    /// The name of its type.
+    pub(super) const TYPE: &'static str = "sensor_msgs/msg/Imu";
+
+    /// Whether it has rates: -1 as the first covariance says that it has not.
+    pub(super) fn has_rates(&self) -> bool {
+        self.angular_velocity_covariance[0] != -1.0
+    }
+
+    /// Whether it has accelerations.
+    pub(super) fn has_accelerations(&self) -> bool {
+        self.linear_acceleration_covariance[0] != -1.0
+    }
+}
+
+/// `std_msgs/msg/Float32`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct Float32 {
+    pub(super) data: f32,
+}
+
+/// `std_msgs/msg/Float64`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct Float64 {
+    pub(super) data: f64,
+}
+
+/// `geometry_msgs/msg/Wrench`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct Wrench {
+    pub(super) force: [f64; 3],
+    _torque: [f64; 3],
+}
+
+/// `geometry_msgs/msg/WrenchStamped`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct WrenchStamped {
+    pub(super) header: Header,
+    pub(super) wrench: Wrench,
+}
+
+/// `std_msgs/msg/MultiArrayDimension`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct Dimension {
+    _label: Skipped,
+    _size: u32,
+    _stride: u32,
+}
+
+/// `std_msgs/msg/Float32MultiArray` and `Float64MultiArray`.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct MultiArray<T> {
+    _dimensions: Vec<Dimension>,
+    _offset: u32,
+    pub(super) data: Vec<T>,
+}

@@ -1,0 +1,111 @@
+//! The SQLite of a rosbag2: the tables `topics` and `messages`. Source: `sqlite_storage.cpp` of
+//! <https://github.com/ros2/rosbag2>.
+
+use std::collections::HashMap;
+
+use rusqlite::types::ValueRef;
+use rusqlite::{Connection, ErrorCode, OpenFlags};
+
+use super::super::error::InputError;
+use super::super::magic::Foreign;
+use super::super::open::Part;
+use super::super::refusal::ContainerError;
+use super::storage::{Channel, End, Interest, Visitor};
+
+/// What is said where a file is damaged and not only cut off.
+const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";
+
+/// Shows the messages of a file to a visitor.
+pub(super) fn visit(
+    part: &mut Part,
+    file: &str,
+    visitor: &mut dyn Visitor,
+) -> Result<End, InputError> {
+    let damaged = |error: rusqlite::Error| -> InputError {
+        ContainerError::Damaged {
+            file: file.to_owned(),
+            source: Box::new(error),
+            advice: Some(ADVICE),
+        }
+        .into()
+    };
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let database = Connection::open_with_flags(&part.path, flags).map_err(damaged)?;
+    // A schema of others runs nothing. Only where the schema may be written is a file opened that
+    // is shorter than its first page says; this one is open for reading.
+    database
+        .execute_batch("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON; PRAGMA writable_schema = ON")
+        .map_err(damaged)?;
+    if !has_tables(&database).map_err(damaged)? {
+        let kind = Foreign::Sqlite;
+        let file = file.to_owned();
+        return Err(ContainerError::Foreign { file, kind }.into());
+    }
+    let channels = channels(&database, visitor).map_err(damaged)?;
+    // The order in which they were written.
+    let mut statement = database
+        .prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
+        .map_err(damaged)?;
+    let mut rows = statement.query([]).map_err(damaged)?;
+    let mut count = 0;
+    loop {
+        let row = match rows.next() {
+            Ok(None) => return Ok(End::Complete),
+            Ok(Some(row)) => row,
+            // A page that is not there any more.
+            Err(error) if count > 0 && is_cut_off(&error) => {
+                return Ok(End::Early(error.to_string()));
+            }
+            Err(error) => return Err(damaged(error)),
+        };
+        count += 1;
+        let topic: i64 = row.get(0).map_err(damaged)?;
+        let Some((channel, Interest::Wanted)) = channels.get(&topic) else {
+            continue;
+        };
+        let log_ns: i64 = row.get(1).map_err(damaged)?;
+        match row.get_ref(2).map_err(damaged)? {
+            ValueRef::Blob(payload) => visitor.message(channel, log_ns, payload)?,
+            _ => visitor.message(channel, log_ns, &[])?,
+        }
+    }
+}
+
+/// Whether there are the tables of a rosbag2, and not views of that name.
+fn has_tables(database: &Connection) -> rusqlite::Result<bool> {
+    let tables: i64 = database.query_row(
+        "SELECT count(*) FROM sqlite_master \
+         WHERE type = 'table' AND name IN ('topics', 'messages')",
+        [],
+        |row| row.get(0),
+    )?;
+    Ok(tables == 2)
+}
+
+/// The topics by their numbers.
+fn channels(
+    database: &Connection,
+    visitor: &mut dyn Visitor,
+) -> rusqlite::Result<HashMap<i64, (Channel, Interest)>> {
+    let mut statement =
+        database.prepare("SELECT id, name, type, serialization_format FROM topics")?;
+    let mut rows = statement.query([])?;
+    let mut channels = HashMap::new();
+    while let Some(row) = rows.next()? {
+        let channel = Channel {
+            topic: row.get(1)?,
+            message: row.get(2)?,
+            encoding: row.get(3)?,
+        };
+        let interest = visitor.channel(&channel);
+        channels.insert(row.get(0)?, (channel, interest));
+    }
+    Ok(channels)
+}
+
+fn is_cut_off(error: &rusqlite::Error) -> bool {
+    matches!(
+        error.sqlite_error_code(),
+        Some(ErrorCode::DatabaseCorrupt | ErrorCode::SystemIoFailure)
+    )
+}

@@ -1,0 +1,135 @@
+//! The rows of a table with names for its columns become those of a recording.
+
+use estimator_core::Gravity;
+
+use super::cells::Cells;
+use super::clock::{TimeColumn, unit_since_1970};
+use super::error::InputError;
+use super::header::Columns;
+use super::layout::{Blanks, Layout};
+use super::loaded::Hints;
+use super::names::{FoundTime, find_time};
+use super::options::TimeUnit;
+use super::rows::{Refused, Rows, Source};
+use super::stored::Stored;
+use super::table::Row;
+
+/// The title of a column `force`.
+pub(super) const LOAD_TITLE: &str = "force (N)";
+
+/// What became of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Taken {
+    /// It is a sample.
+    Sample,
+    /// All six axes are blank in it: it is left out.
+    Nothing,
+}
+
+/// A table whose rows are taken in.
+pub(super) struct Intake<'a> {
+    file: &'a str,
+    hints: &'a Hints,
+    layout: Layout,
+    columns: Columns,
+    rows: Rows,
+    time: Option<TimeColumn>,
+}
+
+impl<'a> Intake<'a> {
+    /// A table with the `columns` of `layout`.
+    pub(super) fn new(file: &'a str, hints: &'a Hints, layout: Layout, columns: Columns) -> Self {
+        Self {
+            file,
+            hints,
+            layout,
+            columns,
+            rows: Rows::new(hints.table.times),
+            time: None,
+        }
+    }
+
+    /// How many cells a row has.
+    pub(super) const fn width(&self) -> usize {
+        self.columns.count
+    }
+
+    /// Takes in a row.
+    pub(super) fn take(&mut self, row: &impl Cells) -> Result<Taken, InputError> {
+        let columns = &self.columns;
+        let blanks = self.layout.blanks;
+        if columns.t.is_some() && blanks == Blanks::NotANumber && columns.has_no_axis(row) {
+            self.rows.repairs.blank_rows += 1;
+            return Ok(Taken::Nothing);
+        }
+        let time_us = match columns.t {
+            None => None,
+            Some(index) => {
+                let column = self.time.get_or_insert_with(|| TimeColumn {
+                    index,
+                    nanoseconds: columns.nanoseconds,
+                    unit: time_unit(&self.layout, self.hints, row, index),
+                });
+                Some(column.micros(row)?)
+            }
+        };
+        let sample = columns.sample(row, blanks, self.hints)?;
+        let pushed = self.rows.push(time_us, sample);
+        pushed.map_err(|refused| match (refused, &self.time) {
+            (Refused::Time(not_after), Some(column)) => column.order_error(row, &not_after),
+            (refused, _) => refused.into_error(self.file),
+        })?;
+        Ok(Taken::Sample)
+    }
+
+    /// Which samples are kept, where some may be left out.
+    pub(super) fn kept(&self) -> Option<Vec<bool>> {
+        self.rows.kept()
+    }
+
+    /// The recording, with the samples that [`Self::kept`] has chosen.
+    pub(super) fn finish(
+        self,
+        name: String,
+        kept: Option<Vec<bool>>,
+    ) -> Result<Stored, InputError> {
+        let mut notices: Vec<String> = self.layout.notice.into_iter().collect();
+        if self.layout.names_ignored {
+            notices.extend(self.columns.notice(self.file));
+        }
+        let source = Source {
+            file: self.file,
+            name,
+            foot: None,
+            gravity: Gravity::Included,
+            load_title: LOAD_TITLE.to_owned(),
+            notices,
+        };
+        self.rows
+            .finish(source, self.hints, kept)
+            .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))
+    }
+}
+
+/// The unit of the times: the one that is given, or that of the column's name, or the one in which
+/// the first time makes sense.
+fn time_unit(layout: &Layout, hints: &Hints, first: &impl Cells, index: usize) -> TimeUnit {
+    let by_size = || {
+        let value = first.optional(index, "t").ok().flatten();
+        unit_since_1970(value.unwrap_or_default())
+    };
+    hints
+        .table
+        .time_unit
+        .or(layout.time_unit)
+        .unwrap_or_else(by_size)
+}
+
+/// The column of a table of ours that may be meant by `t`.
+fn time_by_another_name(header: &Row) -> Option<String> {
+    let names: Vec<String> = header.cells().map(str::to_owned).collect();
+    match find_time(&names) {
+        Some(FoundTime::Column(index, _)) => Some(names[index].clone()),
+        _ => None,
+    }
+}

@@ -1,0 +1,201 @@
+//! A file is opened: a table is read as it comes, a container from the disk.
+
+use std::fs::{self, File};
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use tempfile::{NamedTempFile, TempPath};
+
+use super::compressed::decompressed;
+use super::error::InputError;
+use super::format::Format;
+use super::magic::{self, Known};
+use super::refusal::ContainerError;
+use super::table::{Table, recording_name};
+
+/// What was opened.
+pub(super) enum Source {
+    Table(Table),
+    Container(Container),
+}
+
+/// A file that is read from the disk, or several that are one.
+pub(super) struct Container {
+    pub(super) format: Format,
+    /// The file or folder, as it was named.
+    pub(super) file: String,
+    /// Where a recording comes from, as its title.
+    pub(super) name: String,
+    /// In the order of their times.
+    pub(super) parts: Vec<Part>,
+}
+
+/// A file of a container.
+pub(super) struct Part {
+    pub(super) format: Format,
+    pub(super) path: PathBuf,
+    /// The first pass over it, in which it shows its progress.
+    first_pass: Option<Box<dyn Read>>,
+    /// Where it was copied to, so that it can be read more than once and from any place.
+    _copy: Option<TempPath>,
+}
+
+impl Part {
+    /// Its bytes from the beginning.
+    pub(super) fn bytes(&mut self) -> io::Result<Box<dyn Read>> {
+        match self.first_pass.take() {
+            Some(bytes) => Ok(bytes),
+            None => Ok(Box::new(File::open(&self.path)?)),
+        }
+    }
+}
+
+impl Source {
+    /// Opens a file, to read what `wrap` makes of it and its length in bytes; or a folder.
+    pub(super) fn open(
+        path: &Path,
+        given: Option<Format>,
+        wrap: impl FnOnce(File, u64) -> Box<dyn Read>,
+    ) -> Result<Self, InputError> {
+        let file = path.display().to_string();
+        let opened = if path.is_dir() {
+            Self::folder(path)?
+        } else {
+            Opened::file(path, wrap).map_err(|source| unreadable(&file, source))?
+        };
+        match (opened, given) {
+            (Opened::Foreign(kind), _) => Err(ContainerError::Foreign { file, kind }.into()),
+            (Opened::Table(_), Some(given)) if given.is_container() => {
+                let found = None;
+                Err(ContainerError::OtherFormat { file, given, found }.into())
+            }
+            (Opened::Table(table), _) => Ok(Self::Table(table)),
+            (Opened::Parts(format, _), Some(given)) if format != given => {
+                let found = Some(format);
+                Err(ContainerError::OtherFormat { file, given, found }.into())
+            }
+            (Opened::Parts(format, _), _) if cfg!(not(feature = "containers")) => {
+                Err(ContainerError::NotBuilt { file, format }.into())
+            }
+            (Opened::Parts(format, parts), _) => Ok(Self::Container(Container {
+                format,
+                file,
+                name: recording_name(path),
+                parts,
+            })),
+        }
+    }
+
+    /// The files of a rosbag2 in its folder.
+    fn folder(path: &Path) -> Result<Opened, InputError> {
+        let file = path.display().to_string();
+        let entries = fs::read_dir(path).map_err(|source| unreadable(&file, source))?;
+        let mut paths: Vec<PathBuf> = entries
+            .filter_map(|entry| Some(entry.ok()?.path()))
+            .filter(|path| is_part(path))
+            .collect();
+        paths.sort_by_key(|path| (number_at_the_end(path), path.clone()));
+        let mut parts = Vec::new();
+        for path in paths {
+            let file = path.display().to_string();
+            let unwrapped = |file, _| -> Box<dyn Read> { Box::new(file) };
+            match Opened::file(&path, unwrapped).map_err(|source| unreadable(&file, source))? {
+                Opened::Parts(Format::Mcap | Format::Rosbag2, mut part) => parts.append(&mut part),
+                _ => {
+                    let given = Format::Rosbag2;
+                    let found = None;
+                    return Err(ContainerError::OtherFormat { file, given, found }.into());
+                }
+            }
+        }
+        if parts.is_empty() {
+            return Err(ContainerError::Folder { file }.into());
+        }
+        Ok(Opened::Parts(Format::Rosbag2, parts))
+    }
+}
+
+/// What a file turned out to be.
+enum Opened {
+    Table(Table),
+    Parts(Format, Vec<Part>),
+    Foreign(magic::Foreign),
+}
+
+impl Opened {
+    fn file(path: &Path, wrap: impl FnOnce(File, u64) -> Box<dyn Read>) -> io::Result<Self> {
+        let mut file = File::open(path)?;
+        let about = file.metadata()?;
+        if about.is_file() {
+            let first = beginning(&mut file)?;
+            file.seek(SeekFrom::Start(0))?;
+            if let Some(Known::Container(format)) = magic::known(&first) {
+                return Ok(Self::of(Part {
+                    format,
+                    path: path.to_owned(),
+                    first_pass: Some(wrap(file, about.len())),
+                    _copy: None,
+                }));
+            }
+        }
+        let mut text = decompressed(wrap(file, about.len()))?;
+        let first = beginning(&mut text)?;
+        let known = magic::known(&first);
+        let mut text: Box<dyn Read> = Box::new(Cursor::new(first).chain(text));
+        match known {
+            None => {
+                let table = Table::of(path.display().to_string(), recording_name(path), text)?;
+                Ok(Self::Table(table))
+            }
+            Some(Known::Foreign(kind)) => Ok(Self::Foreign(kind)),
+            // What cannot be read is not copied, either.
+            Some(Known::Container(format)) if cfg!(not(feature = "containers")) => {
+                Ok(Self::Parts(format, Vec::new()))
+            }
+            Some(Known::Container(format)) => {
+                let mut copy = NamedTempFile::new()?;
+                io::copy(&mut text, &mut copy)?;
+                let copy = copy.into_temp_path();
+                Ok(Self::of(Part {
+                    format,
+                    path: copy.to_path_buf(),
+                    first_pass: None,
+                    _copy: Some(copy),
+                }))
+            }
+        }
+    }
+
+    fn of(part: Part) -> Self {
+        Self::Parts(part.format, vec![part])
+    }
+}
+
+/// The first bytes.
+fn beginning(file: &mut impl Read) -> io::Result<Vec<u8>> {
+    let mut first = Vec::new();
+    file.take(magic::LENGTH as u64).read_to_end(&mut first)?;
+    Ok(first)
+}
+
+/// Whether this is the name of a file of a rosbag2.
+fn is_part(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.strip_suffix(".zstd").unwrap_or(&name);
+    name.ends_with(".mcap") || name.ends_with(".db3")
+}
+
+/// The number that rosbag2 counts files with: 10 of `walk_10.db3`.
+fn number_at_the_end(path: &Path) -> u64 {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.split('.').next().unwrap_or_default();
+    let number = stem.rsplit('_').next().unwrap_or_default();
+    number.parse().unwrap_or_default()
+}
+
+fn unreadable(file: &str, source: io::Error) -> InputError {
+    InputError::Unreadable {
+        file: file.to_owned(),
+        source,
+    }
+}
