@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Params, WindowLength};
-use recordings::input::{Format, Hints, Mapping, TableOptions, TimeUnit, Times, Units};
+use recordings::input::{
+    BagOptions, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times, Topics, Units,
+};
 use recordings::plausible::Finding;
 
 use crate::config::{
@@ -19,7 +21,8 @@ use crate::report::warn;
 /// configuration file, options.
 #[derive(Debug, Args)]
 pub struct RecordingArguments {
-    /// How the input is laid out; may be left out where a header names the columns (csv)
+    /// How the input is laid out; may be left out where a header names the columns (csv) or the first
+    /// bytes show it (parquet, mcap, rosbag2)
     #[arg(long, value_parser = format_parser())]
     pub format: Option<Format>,
     /// Where the parameters start from
@@ -37,13 +40,16 @@ pub struct RecordingArguments {
     /// How tables of others are read.
     #[command(flatten)]
     pub table: TableArguments,
+    /// Which topics of a bag are read.
+    #[command(flatten)]
+    pub bag: BagArguments,
     /// Fail where a recording is not plausible: wrong units, gravity that is there or not, a clock
     /// that jumps
     #[arg(long)]
     pub strict: bool,
 }
 
-/// How a csv of others is read; docs/formats.md lists what is recognised without.
+/// How tables of others are read; docs/formats.md lists what is recognised without.
 #[derive(Clone, Debug, Default, Args)]
 pub struct TableArguments {
     /// Which columns stand for ours.
@@ -73,6 +79,28 @@ impl TableArguments {
             units: self.units.unwrap_or_default(),
             time_unit: self.time_unit,
             times: self.times.unwrap_or_default(),
+        }
+    }
+}
+
+/// Which topics of a bag of ROS 2 are read.
+#[derive(Clone, Debug, Default, Args)]
+pub struct BagArguments {
+    /// The topic of a foot, of sensor_msgs/msg/Imu; several for several feet, or all. May be left
+    /// out where there is only one
+    #[arg(long, value_name = "TOPIC|all")]
+    pub topic: Vec<String>,
+    /// The load of a foot: Float32, Float64, one of their MultiArrays, Wrench or WrenchStamped, such
+    /// as /foot/wrench:force.z; once for each foot, in their order
+    #[arg(long, value_name = "TOPIC[:FIELD]")]
+    pub load_topic: Vec<LoadTopic>,
+}
+
+impl BagArguments {
+    fn options(&self) -> BagOptions {
+        BagOptions {
+            topics: Topics::from_names(&self.topic),
+            loads: self.load_topic.clone(),
         }
     }
 }
@@ -122,6 +150,7 @@ impl RecordingArguments {
         let hints = configuration.hints(self.sample_rate, self.gravity)?;
         Ok(Hints {
             table: self.table.options(),
+            bag: self.bag.options(),
             ..hints
         })
     }
@@ -156,6 +185,7 @@ impl Configuration {
                 .overrides
                 .correction(self.name.as_deref().unwrap_or_default())?,
             table: TableOptions::default(),
+            bag: BagOptions::default(),
         })
     }
 

@@ -241,9 +241,7 @@ pub enum InputError {
         mapping: Mapping,
     },
     /// Options for tables with a header are given for a format that has its own columns and units.
-    #[error(
-        "{file} is read as {format}, which has columns, units and times of its own: {options}"
-    )]
+    #[error("{file} is read as {format}, which has columns, units and times of its own: {options}")]
     TableOptions {
         /// The file, as it was named.
         file: String,

@@ -134,8 +134,11 @@ mod tests {
     fn an_unknown_format_is_answered_with_the_known_ones() {
         assert_eq!(
             "xls".parse::<Format>(),
-            Err("there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv, \
-                 parquet, mcap, rosbag2".to_owned())
+            Err(
+                "there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv, \
+                 parquet, mcap, rosbag2"
+                    .to_owned()
+            )
         );
     }
 }

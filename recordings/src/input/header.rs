@@ -92,7 +92,13 @@ impl Columns {
 
     /// The indices of all columns that are read.
     pub(super) fn used(&self) -> Vec<usize> {
-        let others = [self.t, self.nanoseconds, self.force, self.label, self.validity];
+        let others = [
+            self.t,
+            self.nanoseconds,
+            self.force,
+            self.label,
+            self.validity,
+        ];
         self.axes.into_iter().chain(others).flatten().collect()
     }
 

@@ -275,8 +275,7 @@ fn is_can_log(after_bracket: &[u8]) -> bool {
     let line = after_bracket.split(|byte| *byte == b'\n').next();
     let mut words = line.unwrap_or_default().split(|byte| *byte == b' ');
     let time = words.next().and_then(|word| word.strip_suffix(b")"));
-    let is_time =
-        time.is_some_and(|time| time.iter().all(|b| b.is_ascii_digit() || *b == b'.'));
+    let is_time = time.is_some_and(|time| time.iter().all(|b| b.is_ascii_digit() || *b == b'.'));
     is_time && words.nth(1).is_some_and(|frame| frame.contains(&b'#'))
 }
 
@@ -318,7 +317,10 @@ mod tests {
                 .any(|(_, known)| *known == Known::Foreign(foreign));
             let by_other = others.iter().any(|(_, known)| *known == foreign);
             // What a database is only its tables tell.
-            assert!(by_beginning || by_other || foreign == Foreign::Sqlite, "{foreign}");
+            assert!(
+                by_beginning || by_other || foreign == Foreign::Sqlite,
+                "{foreign}"
+            );
         }
     }
 

@@ -166,7 +166,9 @@ impl Opened {
             (None, _) => Err(InputError::Empty { file }),
             (Some(last), false) => {
                 let names = feet.iter().chain([&last]);
-                let feet = names.filter_map(|stored| stored.about.foot.clone()).collect();
+                let feet = names
+                    .filter_map(|stored| stored.about.foot.clone())
+                    .collect();
                 Err(ContainerError::SeveralFeet { file, feet }.into())
             }
         }

@@ -9,6 +9,7 @@
 //! | null | blank |
 
 mod column;
+mod guarded;
 #[cfg(test)]
 mod tests;
 
@@ -36,6 +37,7 @@ use super::refusal::ContainerError;
 use super::stored::Stored;
 use super::table::Row;
 use column::{Column, Kind};
+use guarded::guarded;
 
 /// As many rows are decoded at once.
 const BATCH: usize = 8192;
@@ -58,8 +60,9 @@ pub(super) fn read(container: &Container, hints: &Hints) -> Result<Stored, Input
         file: file.to_owned(),
         source,
     })?;
-    let about = ArrowReaderMetadata::load(&bytes, ArrowReaderOptions::default())
-        .map_err(|error| damaged(file, error))?;
+    let about = sound(file, || {
+        ArrowReaderMetadata::load(&bytes, ArrowReaderOptions::default())
+    })?;
     let mut leaves = Vec::new();
     find_leaves(about.schema().fields(), "", &[], &mut leaves);
     let names: Vec<String> = leaves.iter().map(|leaf| leaf.name.clone()).collect();
@@ -74,17 +77,20 @@ pub(super) fn read(container: &Container, hints: &Hints) -> Result<Stored, Input
     roots.sort_unstable();
     roots.dedup();
     let mask = ProjectionMask::roots(about.parquet_schema(), roots.iter().copied());
-    let reader = ParquetRecordBatchReaderBuilder::new_with_metadata(bytes, about)
-        .with_projection(mask)
-        .with_batch_size(BATCH)
-        .build()
-        .map_err(|error| damaged(file, error))?;
+    let mut reader = sound(file, || {
+        ParquetRecordBatchReaderBuilder::new_with_metadata(bytes, about)
+            .with_projection(mask)
+            .with_batch_size(BATCH)
+            .build()
+    })?;
     let mut intake = Intake::new(file, hints, layout, columns);
     let mut rows_before = 0;
-    for batch in reader {
-        let batch = batch.map_err(|error| damaged(file, error.into()))?;
+    while let Some(batch) = sound(file, || Ok(reader.next().transpose()?))? {
         let columns: Vec<Option<Column>> = (0..leaves.len())
-            .map(|index| used.contains(&index).then(|| leaves[index].column(&batch, &roots)))
+            .map(|index| {
+                used.contains(&index)
+                    .then(|| leaves[index].column(&batch, &roots))
+            })
             .map(Option::flatten)
             .collect();
         for row in 0..batch.num_rows() {
@@ -103,13 +109,21 @@ pub(super) fn read(container: &Container, hints: &Hints) -> Result<Stored, Input
     intake.finish(container.name.clone(), kept)
 }
 
-fn damaged(file: &str, error: ParquetError) -> InputError {
-    ContainerError::Damaged {
+/// What the library makes of a file, unless it finds it damaged.
+fn sound<T>(file: &str, call: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, InputError> {
+    let damaged = |error: ParquetError| ContainerError::Damaged {
         file: file.to_owned(),
-        source: Box::new(error),
+        // One line, however many the library has.
+        source: error.to_string().replace('\n', " ").into(),
         advice: None,
+    };
+    match guarded(call) {
+        Some(result) => Ok(result.map_err(damaged)?),
+        None => Err(damaged(ParquetError::General(
+            "its parts do not fit together".to_owned(),
+        ))
+        .into()),
     }
-    .into()
 }
 
 /// A column that is no struct.
@@ -143,10 +157,12 @@ fn find_leaves(fields: &Fields, before: &str, path: &[usize], leaves: &mut Vec<L
 /// The column that may be the time without a name that says so: pandas' index, or the only one
 /// whose type is that of a time.
 fn index(leaves: &[Leaf]) -> Index {
-    let is_time =
-        |leaf: &Leaf| Kind::of(&leaf.data_type) == Some(Kind::Moment) && leaf.name != "t";
+    let is_time = |leaf: &Leaf| Kind::of(&leaf.data_type) == Some(Kind::Moment) && leaf.name != "t";
     let is_index = |leaf: &Leaf| leaf.name.starts_with(PANDAS_INDEX);
-    if let Some(at) = leaves.iter().position(|leaf| is_index(leaf) && is_time(leaf)) {
+    if let Some(at) = leaves
+        .iter()
+        .position(|leaf| is_index(leaf) && is_time(leaf))
+    {
         return Index::Time(at);
     }
     let mut times = (0..leaves.len()).filter(|at| is_time(&leaves[*at]));
@@ -206,21 +222,25 @@ impl BatchRow<'_> {
 
 impl Cells for BatchRow<'_> {
     fn is_blank(&self, index: usize) -> bool {
-        self.column(index).is_none_or(|column| column.is_blank(self.row))
+        self.column(index)
+            .is_none_or(|column| column.is_blank(self.row))
     }
 
     fn shown(&self, index: usize) -> Cow<'_, str> {
-        self.column(index).map_or(Cow::Borrowed(""), |column| column.shown(self.row))
+        self.column(index)
+            .map_or(Cow::Borrowed(""), |column| column.shown(self.row))
     }
 
     fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
         let Some(column) = self.column(index) else {
             return Ok(None);
         };
-        column.number(self.row).map_err(|text| InputError::NotANumber {
-            cell: self.cell(index, name),
-            text: text.to_owned(),
-        })
+        column
+            .number(self.row)
+            .map_err(|text| InputError::NotANumber {
+                cell: self.cell(index, name),
+                text: text.to_owned(),
+            })
     }
 
     fn whole(&self, index: usize) -> Option<i64> {

@@ -92,7 +92,10 @@ pub enum ContainerError {
         advice: Option<&'static str>,
     },
     /// No topic has samples of an IMU.
-    #[error("{file} has no topic of sensor_msgs/msg/Imu in CDR; there is {}", listed(topics))]
+    #[error(
+        "{file} has no topic of sensor_msgs/msg/Imu in CDR; there is {}",
+        listed(topics)
+    )]
     NoImu {
         /// The file, as it was named.
         file: String,
@@ -122,7 +125,10 @@ pub enum ContainerError {
         topics: Vec<String>,
     },
     /// Several topics may be the foot.
-    #[error("{file} has several IMUs, choose with --topic, or --topic all: {}", listed(topics))]
+    #[error(
+        "{file} has several IMUs, choose with --topic, or --topic all: {}",
+        listed(topics)
+    )]
     SeveralTopics {
         /// The file, as it was named.
         file: String,

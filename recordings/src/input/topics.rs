@@ -113,7 +113,10 @@ mod tests {
     #[test]
     fn a_load_is_a_topic_with_or_without_a_field() {
         let load: LoadTopic = "/ft/fl:force.z".parse().unwrap();
-        assert_eq!((load.topic.as_str(), load.field.as_deref()), ("/ft/fl", Some("force.z")));
+        assert_eq!(
+            (load.topic.as_str(), load.field.as_deref()),
+            ("/ft/fl", Some("force.z"))
+        );
         assert_eq!(load.to_string(), "/ft/fl:force.z");
         assert_eq!("ft".parse::<LoadTopic>().unwrap().to_string(), "/ft");
         for wrong in ["", ":force", "/ft:"] {

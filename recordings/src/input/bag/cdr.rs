@@ -56,9 +56,10 @@ fn plain<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
             payload.len(),
             ENCODING + used
         )),
-        Err(cdr_encoding::Error::Eof) => {
-            Err(format!("{} bytes are fewer than its type has", payload.len()))
-        }
+        Err(cdr_encoding::Error::Eof) => Err(format!(
+            "{} bytes are fewer than its type has",
+            payload.len()
+        )),
         Err(error) => Err(error.to_string()),
     }
 }

@@ -21,6 +21,8 @@ pub(super) struct Feed {
     log_us: Option<(i64, i64)>,
     rows: Rows,
     clock: Clock,
+    /// What is wrong with the times of the log, as long as they may not be needed.
+    log_failed: Option<InputError>,
     without: Without,
 }
 
@@ -47,6 +49,7 @@ impl Feed {
             log_us: None,
             rows: Rows::new(hints.table.times),
             clock: Clock::Log,
+            log_failed: None,
             without: Without::default(),
         }
     }
@@ -84,6 +87,7 @@ impl Feed {
                     ..Without::default()
                 };
                 self.rows = Rows::new(hints.table.times);
+                self.log_failed = None;
                 self.clock = Clock::Stamp;
                 stamp_us
             }
@@ -113,8 +117,17 @@ impl Feed {
             load: load.flatten().map(Load),
             label: None,
         };
-        let pushed = self.rows.push(Some(time_us), sample);
-        pushed.map_err(|refused| refused.into_error(&self.place(file)))
+        if self.log_failed.is_some() {
+            return Ok(());
+        }
+        match (self.rows.push(Some(time_us), sample), self.clock) {
+            (Ok(()), _) => Ok(()),
+            (Err(refused), Clock::Stamp) => Err(refused.into_error(&self.place(file))),
+            (Err(refused), Clock::Log) => {
+                self.log_failed = Some(refused.into_error(&self.place(file)));
+                Ok(())
+            }
+        }
     }
 
     /// What is known about the topic.
@@ -140,6 +153,9 @@ impl Feed {
         file: &str,
     ) -> Result<Stored, InputError> {
         let place = self.place(file);
+        if let Some(error) = self.log_failed {
+            return Err(error);
+        }
         let taken = match self.clock {
             Clock::Stamp => self.messages - self.without.stamp,
             Clock::Log => self.messages,

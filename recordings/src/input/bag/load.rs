@@ -212,7 +212,12 @@ fn number((kind, field): (Type, Field), payload: &[u8]) -> Result<(f64, Option<i
     };
     let force = |wrench: &Wrench| match field {
         Field::Force(axis) => wrench.force[axis.min(2)],
-        _ => wrench.force.map(|part| part * part).iter().sum::<f64>().sqrt(),
+        _ => wrench
+            .force
+            .map(|part| part * part)
+            .iter()
+            .sum::<f64>()
+            .sqrt(),
     };
     let index = match field {
         Field::Element(index) => index,
@@ -231,6 +236,9 @@ fn number((kind, field): (Type, Field), payload: &[u8]) -> Result<(f64, Option<i
             let data: Vec<f64> = array.data.into_iter().map(f64::from).collect();
             (element(&data, index)?, None)
         }
-        Type::Floats64 => (element(&decode::<MultiArray<f64>>(payload)?.data, index)?, None),
+        Type::Floats64 => (
+            element(&decode::<MultiArray<f64>>(payload)?.data, index)?,
+            None,
+        ),
     })
 }

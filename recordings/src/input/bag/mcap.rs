@@ -1,9 +1,13 @@
-//! MCAP: records one after the other, some of them in compressed chunks. Neither the summary nor
-//! the index is needed. Source: <https://mcap.dev/spec>.
+//! MCAP: records one after the other, some of them in chunks. Neither the summary nor the index is
+//! needed. Source: <https://mcap.dev/spec>.
+//!
+//! The frame of records is read here, so that attachments take no memory and the records before the
+//! end of a file that is cut off are found; contents and compressed chunks are the library's.
 
 use std::collections::HashMap;
-use std::io::{self, Read};
+use std::io::{self, BufReader, Read, Take};
 
+use crc32fast::Hasher;
 use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -13,20 +17,51 @@ use super::super::open::Part;
 use super::super::refusal::ContainerError;
 use super::storage::{Channel, End, Interest, Visitor};
 
-/// No record is longer, bytes: a picture of 64 million pixels is not.
+/// The first bytes of a file, as many as this.
+const MAGIC: u64 = 8;
+
+/// No record that is looked at is longer, bytes: a picture of 64 million pixels is not.
 const LONGEST_RECORD: usize = 256 << 20;
 
 /// As much is read at once, bytes.
 const AT_ONCE: usize = 64 << 10;
 
+/// The fields of a chunk before the name of its compression: two times, its size, its CRC, and the
+/// length of the name.
+const CHUNK_START: usize = 8 + 8 + 8 + 4 + 4;
+
+/// The name of a compression is not longer, bytes.
+const LONGEST_NAME: u32 = 64;
+
 /// What is said where a file is damaged and not only cut off.
 const ADVICE: &str = "mcap recover, of the MCAP CLI, saves what can be";
 
-/// What is known so far.
-struct Bag<'a> {
-    schemas: HashMap<u16, String>,
-    channels: HashMap<u16, (Channel, Interest)>,
-    visitor: &'a mut dyn Visitor,
+/// A file as it is read.
+type Bytes = BufReader<Box<dyn Read>>;
+
+/// Why a file is not read any further.
+enum Stop {
+    /// It ends here, for this reason.
+    Early(String),
+    Unreadable(io::Error),
+    Damaged(McapError),
+    /// The visitor does not want it.
+    Refused(InputError),
+}
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => Self::early(),
+            _ => Self::Unreadable(error),
+        }
+    }
+}
+
+impl Stop {
+    fn early() -> Self {
+        Self::Early(McapError::UnexpectedEof.to_string())
+    }
 }
 
 /// Shows the messages of a file to a visitor.
@@ -35,49 +70,191 @@ pub(super) fn visit(
     file: &str,
     visitor: &mut dyn Visitor,
 ) -> Result<End, InputError> {
-    let mut bytes = part.bytes().map_err(|source| unreadable(file, source))?;
-    let options = LinearReaderOptions::default()
-        .with_validate_chunk_crcs(true)
-        .with_record_length_limit(LONGEST_RECORD);
-    let mut reader = LinearReader::new_with_options(options);
     let mut bag = Bag {
         schemas: HashMap::new(),
         channels: HashMap::new(),
         visitor,
+        record: Vec::new(),
     };
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                // What a length promises may not be there: memory grows with what is.
-                let room = reader.insert(wanted.clamp(AT_ONCE, 16 * AT_ONCE));
-                let count = read(&mut bytes, room).map_err(|source| unreadable(file, source))?;
-                reader.notify_read(count);
-            }
-            // What follows the messages is not needed.
-            Ok(LinearReadEvent::Record {
-                opcode: op::DATA_END | op::FOOTER,
-                ..
-            }) => return Ok(End::Complete),
-            // A file system that lost its power leaves zeros.
-            Ok(LinearReadEvent::Record { opcode: 0, .. }) => {
-                return Ok(End::Early("zeros follow".to_owned()));
-            }
-            Ok(LinearReadEvent::Record { opcode, data }) => bag.record(opcode, data, file)?,
-            Err(error @ (McapError::UnexpectedEof | McapError::UnexpectedEoc)) => {
-                return Ok(End::Early(error.to_string()));
-            }
-            Err(error) => return Err(damaged(file, error)),
+    let read = part.bytes().map_err(Stop::Unreadable).and_then(|bytes| {
+        let mut bytes = BufReader::with_capacity(AT_ONCE, bytes);
+        skip(&mut bytes, MAGIC)?;
+        bag.file(&mut bytes)
+    });
+    match read {
+        Ok(()) => Ok(End::Complete),
+        Err(Stop::Early(why)) => Ok(End::Early(why)),
+        Err(Stop::Unreadable(source)) => Err(InputError::Unreadable {
+            file: file.to_owned(),
+            source,
+        }),
+        Err(Stop::Damaged(error)) => Err(ContainerError::Damaged {
+            file: file.to_owned(),
+            source: Box::new(error),
+            advice: Some(ADVICE),
         }
+        .into()),
+        Err(Stop::Refused(error)) => Err(error),
     }
-    Ok(End::Complete)
+}
+
+/// What is known so far.
+struct Bag<'a> {
+    schemas: HashMap<u16, String>,
+    channels: HashMap<u16, (Channel, Interest)>,
+    visitor: &'a mut dyn Visitor,
+    /// The record that is looked at.
+    record: Vec<u8>,
 }
 
 impl Bag<'_> {
-    fn record(&mut self, opcode: u8, data: &[u8], file: &str) -> Result<(), InputError> {
+    /// All records up to the end of the messages.
+    fn file(&mut self, bytes: &mut Bytes) -> Result<(), Stop> {
+        loop {
+            let (opcode, length) = frame(bytes)?;
+            match opcode {
+                // What follows the messages is not needed.
+                op::DATA_END | op::FOOTER => return Ok(()),
+                // A file system that lost its power leaves zeros.
+                0 => return Err(Stop::Early("zeros follow".to_owned())),
+                op::CHUNK => {
+                    let mut chunk = bytes.take(length);
+                    self.chunk(&mut chunk, length)?;
+                    let padding = chunk.limit();
+                    skip(bytes, padding)?;
+                }
+                op::SCHEMA | op::CHANNEL | op::MESSAGE => {
+                    self.load(bytes, opcode, length)?;
+                    self.take(opcode)?;
+                }
+                _ => skip(bytes, length)?,
+            }
+        }
+    }
+
+    /// The records of a chunk.
+    fn chunk(&mut self, chunk: &mut Take<&mut Bytes>, length: u64) -> Result<(), Stop> {
+        let too_short = |header: u64| {
+            Stop::Damaged(McapError::BadChunkLength {
+                header,
+                available: length,
+            })
+        };
+        if length < CHUNK_START as u64 {
+            return Err(too_short(CHUNK_START as u64));
+        }
+        let mut header = vec![0; CHUNK_START];
+        chunk.read_exact(&mut header)?;
+        let name_length = number::<4>(&header, 28) as u32;
+        let rest = u64::from(name_length) + 8;
+        if name_length > LONGEST_NAME || chunk.limit() < rest {
+            return Err(too_short(CHUNK_START as u64 + rest));
+        }
+        header.resize(CHUNK_START + rest as usize, 0);
+        chunk.read_exact(&mut header[CHUNK_START..])?;
+        let size = number::<8>(&header, CHUNK_START + name_length as usize);
+        if chunk.limit() < size {
+            return Err(too_short(size));
+        }
+        if name_length == 0 {
+            let crc = number::<4>(&header, 24) as u32;
+            self.plain_chunk(&mut chunk.take(size), crc)
+        } else {
+            self.compressed_chunk(chunk, &header, length)
+        }
+    }
+
+    fn plain_chunk(&mut self, records: &mut Take<impl Read>, crc: u32) -> Result<(), Stop> {
+        let mut hasher = Hasher::new();
+        while records.limit() > 0 {
+            if records.limit() < FRAME as u64 {
+                return Err(Stop::Damaged(McapError::UnexpectedEoc));
+            }
+            let mut bytes = [0; FRAME];
+            records.read_exact(&mut bytes)?;
+            let (opcode, length) = (bytes[0], number::<8>(&bytes, 1));
+            if records.limit() < length {
+                return Err(Stop::Damaged(McapError::UnexpectedEoc));
+            }
+            self.load(records, opcode, length)?;
+            hasher.update(&bytes);
+            hasher.update(&self.record);
+            self.take(opcode)?;
+        }
+        let calculated = hasher.finalize();
+        if crc != 0 && crc != calculated {
+            let saved = crc;
+            return Err(Stop::Damaged(McapError::BadChunkCrc { saved, calculated }));
+        }
+        Ok(())
+    }
+
+    /// A compressed chunk of which the frame and the header were read: the library reads them again.
+    fn compressed_chunk(
+        &mut self,
+        chunk: &mut Take<&mut Bytes>,
+        header: &[u8],
+        length: u64,
+    ) -> Result<(), Stop> {
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_validate_chunk_crcs(true)
+            .with_record_length_limit(LONGEST_RECORD);
+        let mut reader = LinearReader::new_with_options(options);
+        let length = length.to_le_bytes();
+        let mut before = (&[op::CHUNK][..]).chain(&length[..]).chain(header);
+        while let Some(event) = reader.next_event() {
+            match event {
+                Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                    // What a length promises may not be there: memory grows with what is.
+                    let room = reader.insert(wanted.clamp(1, 16 * AT_ONCE));
+                    let mut count = before.read(room)?;
+                    if count == 0 {
+                        count = read_some(chunk, room)?;
+                    }
+                    if count == 0 && chunk.limit() > 0 {
+                        return Err(Stop::early());
+                    }
+                    reader.notify_read(count);
+                }
+                Ok(LinearReadEvent::Record { opcode, data }) => {
+                    self.record.clear();
+                    self.record.extend_from_slice(data);
+                    self.take(opcode)?;
+                }
+                Err(error) => return Err(Stop::Damaged(error)),
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the content of a record. What its length promises may not be there: memory grows with
+    /// what is.
+    fn load(
+        &mut self,
+        from: &mut (impl Read + ?Sized),
+        opcode: u8,
+        length: u64,
+    ) -> Result<(), Stop> {
+        if length > LONGEST_RECORD as u64 {
+            let len = length;
+            return Err(Stop::Damaged(McapError::RecordTooLarge { opcode, len }));
+        }
+        self.record.clear();
+        (&mut *from).take(length).read_to_end(&mut self.record)?;
+        if (self.record.len() as u64) < length {
+            return Err(Stop::early());
+        }
+        Ok(())
+    }
+
+    /// Takes in the record that is looked at.
+    fn take(&mut self, opcode: u8) -> Result<(), Stop> {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             return Ok(());
         }
-        match mcap::parse_record(opcode, data).map_err(|error| damaged(file, error))? {
+        match mcap::parse_record(opcode, &self.record).map_err(Stop::Damaged)? {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name);
             }
@@ -94,7 +271,8 @@ impl Bag<'_> {
             Record::Message { header, data } => {
                 if let Some((channel, Interest::Wanted)) = self.channels.get(&header.channel_id) {
                     let log_ns = i64::try_from(header.log_time).unwrap_or(i64::MAX);
-                    self.visitor.message(channel, log_ns, &data)?;
+                    let shown = self.visitor.message(channel, log_ns, &data);
+                    shown.map_err(Stop::Refused)?;
                 }
             }
             _ => {}
@@ -103,28 +281,37 @@ impl Bag<'_> {
     }
 }
 
+/// The length of the frame of a record: what it is, and how long.
+const FRAME: usize = 1 + 8;
+
+/// The frame of the next record.
+fn frame(bytes: &mut Bytes) -> Result<(u8, u64), Stop> {
+    let mut frame = [0; FRAME];
+    bytes.read_exact(&mut frame)?;
+    Ok((frame[0], number::<8>(&frame, 1)))
+}
+
+/// A number of `N` bytes, little endian.
+fn number<const N: usize>(bytes: &[u8], at: usize) -> u64 {
+    let bytes = bytes.get(at..at + N).unwrap_or_default();
+    let add = |number, byte: &u8| number << 8 | u64::from(*byte);
+    bytes.iter().rev().fold(0, add)
+}
+
+fn skip(bytes: &mut Bytes, length: u64) -> Result<(), Stop> {
+    let skipped = io::copy(&mut bytes.take(length), &mut io::sink())?;
+    if skipped < length {
+        return Err(Stop::early());
+    }
+    Ok(())
+}
+
 /// Reads what there is; 0 at the end.
-fn read(bytes: &mut dyn Read, room: &mut [u8]) -> io::Result<usize> {
+fn read_some(bytes: &mut impl Read, room: &mut [u8]) -> io::Result<usize> {
     loop {
         match bytes.read(room) {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             other => return other,
         }
     }
-}
-
-fn unreadable(file: &str, source: io::Error) -> InputError {
-    InputError::Unreadable {
-        file: file.to_owned(),
-        source,
-    }
-}
-
-fn damaged(file: &str, error: McapError) -> InputError {
-    ContainerError::Damaged {
-        file: file.to_owned(),
-        source: Box::new(error),
-        advice: Some(ADVICE),
-    }
-    .into()
 }

@@ -41,7 +41,10 @@ use storage::{Channel, Interest, Visitor, visit};
 /// The first thing that is wrong with the bag or with the choice.
 pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored>, InputError> {
     let file = container.file.clone();
-    let Loads { series: loads, feet } = loads(&mut container, hints)?;
+    let Loads {
+        series: loads,
+        feet,
+    } = loads(&mut container, hints)?;
     let mut reader = Reader {
         file: &file,
         hints,
@@ -207,7 +210,8 @@ impl Visitor for Reader<'_> {
             return Interest::Unwanted;
         }
         if !self.feeds.iter().any(|feed| feed.topic == channel.topic) {
-            self.feeds.push(Feed::new(channel.topic.clone(), self.hints));
+            self.feeds
+                .push(Feed::new(channel.topic.clone(), self.hints));
         }
         Interest::Wanted
     }
@@ -218,7 +222,11 @@ impl Visitor for Reader<'_> {
         log_ns: i64,
         payload: &[u8],
     ) -> Result<(), InputError> {
-        let Some(at) = self.feeds.iter().position(|feed| feed.topic == channel.topic) else {
+        let Some(at) = self
+            .feeds
+            .iter()
+            .position(|feed| feed.topic == channel.topic)
+        else {
             return Ok(());
         };
         self.feeds[at].count(log_ns);
@@ -260,7 +268,12 @@ impl Reader<'_> {
                         Some(feed) if feed.messages > 0 => {}
                         Some(_) => {
                             let topics = abouts;
-                            return Err(ContainerError::NoMessage { file, topic, topics }.into());
+                            return Err(ContainerError::NoMessage {
+                                file,
+                                topic,
+                                topics,
+                            }
+                            .into());
                         }
                         None => {
                             let all = abouts.iter().map(ToString::to_string);
@@ -290,7 +303,12 @@ impl Reader<'_> {
             (0, _) => {
                 let topic = Imu::TYPE.to_owned();
                 let topics = abouts;
-                Err(ContainerError::NoMessage { file, topic, topics }.into())
+                Err(ContainerError::NoMessage {
+                    file,
+                    topic,
+                    topics,
+                }
+                .into())
             }
             (2.., Topics::TheOnly) => {
                 let topics = abouts;

@@ -2,9 +2,13 @@
 //! <https://github.com/ros2/rosbag2>.
 
 use std::collections::HashMap;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
 
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
+use tempfile::{NamedTempFile, TempPath};
 
 use super::super::error::InputError;
 use super::super::magic::Foreign;
@@ -29,12 +33,19 @@ pub(super) fn visit(
         }
         .into()
     };
+    let whole = whole_pages(&part.path).map_err(|source| InputError::Unreadable {
+        file: file.to_owned(),
+        source,
+    })?;
+    let path = whole.as_deref().unwrap_or(&part.path);
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let database = Connection::open_with_flags(&part.path, flags).map_err(damaged)?;
+    let database = Connection::open_with_flags(path, flags).map_err(damaged)?;
     // A schema of others runs nothing. Only where the schema may be written is a file opened that
     // is shorter than its first page says; this one is open for reading.
     database
-        .execute_batch("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON; PRAGMA writable_schema = ON")
+        .execute_batch(
+            "PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON; PRAGMA writable_schema = ON",
+        )
         .map_err(damaged)?;
     if !has_tables(&database).map_err(damaged)? {
         let kind = Foreign::Sqlite;
@@ -69,6 +80,29 @@ pub(super) fn visit(
             _ => visitor.message(channel, log_ns, &[])?,
         }
     }
+}
+
+/// A copy of a file that ends within a page, without that page: SQLite would fill it with zeros, and
+/// with them the messages that it holds. `None` where the file is whole. Source:
+/// <https://www.sqlite.org/fileformat.html>, section 1.3.2.
+fn whole_pages(path: &Path) -> io::Result<Option<TempPath>> {
+    let mut file = File::open(path)?;
+    let mut header = [0; 18];
+    if file.read_exact(&mut header).is_err() {
+        return Ok(None);
+    }
+    let page = match u16::from_be_bytes([header[16], header[17]]) {
+        1 => 65_536,
+        size => u64::from(size),
+    };
+    let length = file.metadata()?.len();
+    if page < 512 || length % page == 0 {
+        return Ok(None);
+    }
+    file.seek(SeekFrom::Start(0))?;
+    let mut copy = NamedTempFile::new()?;
+    io::copy(&mut file.take(length - length % page), &mut copy)?;
+    Ok(Some(copy.into_temp_path()))
 }
 
 /// Whether there are the tables of a rosbag2, and not views of that name.

@@ -28,12 +28,8 @@ pub(super) trait Visitor {
     fn channel(&mut self, channel: &Channel) -> Interest;
 
     /// A message of a topic that is wanted, with the time when it was written, ns.
-    fn message(
-        &mut self,
-        channel: &Channel,
-        log_ns: i64,
-        payload: &[u8],
-    ) -> Result<(), InputError>;
+    fn message(&mut self, channel: &Channel, log_ns: i64, payload: &[u8])
+    -> Result<(), InputError>;
 }
 
 /// How a file ended.

@@ -1,0 +1,778 @@
+use std::collections::BTreeMap;
+use std::io::{Cursor, Write};
+use std::path::Path;
+
+use ::mcap::records::MessageHeader;
+use ::mcap::{Compression, WriteOptions};
+use estimator_core::{Load, Validity, Vec3};
+
+use crate::input::{
+    BagOptions, Format, Hints, InputError, LoadTopic, Opened, Stored, Times, Topics,
+};
+use crate::recording::RecordedSample;
+
+const IMU: &str = "sensor_msgs/msg/Imu";
+const FLOAT: &str = "std_msgs/msg/Float64";
+const WRENCH: &str = "geometry_msgs/msg/WrenchStamped";
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Order {
+    Little,
+    Big,
+}
+
+/// A message in CDR, written field by field.
+struct Cdr {
+    order: Order,
+    bytes: Vec<u8>,
+}
+
+impl Cdr {
+    fn new(order: Order) -> Self {
+        let encoding = if order == Order::Little { 1 } else { 0 };
+        Self {
+            order,
+            bytes: vec![0, encoding, 0, 0],
+        }
+    }
+
+    fn put<const N: usize>(mut self, little: [u8; N]) -> Self {
+        while !(self.bytes.len() - 4).is_multiple_of(N) {
+            self.bytes.push(0xAA);
+        }
+        let mut value = little;
+        if self.order == Order::Big {
+            value.reverse();
+        }
+        self.bytes.extend_from_slice(&value);
+        self
+    }
+
+    fn number(self, value: f64) -> Self {
+        self.put(value.to_le_bytes())
+    }
+
+    fn numbers(self, values: &[f64]) -> Self {
+        values.iter().fold(self, |cdr, value| cdr.number(*value))
+    }
+
+    /// A header whose frame has a name of this length.
+    fn header(self, stamp_ns: i64, frame: usize) -> Self {
+        let sec = (stamp_ns / 1_000_000_000) as i32;
+        let nanosec = (stamp_ns % 1_000_000_000) as u32;
+        let mut cdr = self
+            .put(sec.to_le_bytes())
+            .put(nanosec.to_le_bytes())
+            .put((frame as u32 + 1).to_le_bytes());
+        cdr.bytes.resize(cdr.bytes.len() + frame, 0xFF);
+        cdr.bytes.push(0);
+        cdr
+    }
+}
+
+/// An Imu whose readings are all different.
+fn imu(order: Order, stamp_ns: i64, k: u64) -> Vec<u8> {
+    imu_with(order, stamp_ns, k, [0.0, 0.0])
+}
+
+/// The same with the first covariances of rate and acceleration.
+fn imu_with(order: Order, stamp_ns: i64, k: u64, covariance: [f64; 2]) -> Vec<u8> {
+    let value = k as f64 / 3.0;
+    let of = |first: f64| [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    Cdr::new(order)
+        .header(stamp_ns, k as usize % 9)
+        .numbers(&[0.5; 4])
+        .numbers(&of(-1.0))
+        .numbers(&[value, -value, 0.25])
+        .numbers(&of(covariance[0]))
+        .numbers(&[value + 1.0, 2.0, 9.75])
+        .numbers(&of(covariance[1]))
+        .bytes
+}
+
+fn float(value: f64) -> Vec<u8> {
+    Cdr::new(Order::Little).number(value).bytes
+}
+
+fn wrench(stamp_ns: i64, force: [f64; 3]) -> Vec<u8> {
+    Cdr::new(Order::Little)
+        .header(stamp_ns, 4)
+        .numbers(&force)
+        .numbers(&[7.0; 3])
+        .bytes
+}
+
+/// A message with its topic and its type.
+#[derive(Clone)]
+struct Message(&'static str, &'static str, i64, Vec<u8>);
+
+/// What a file is written as.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Chunks,
+    Zstd,
+    Lz4,
+    Records,
+    Database,
+}
+
+const KINDS: [Kind; 5] = [
+    Kind::Chunks,
+    Kind::Zstd,
+    Kind::Lz4,
+    Kind::Records,
+    Kind::Database,
+];
+
+/// A file with these messages, and topics without any.
+fn written(kind: Kind, messages: &[Message], declared: &[(&str, &str)]) -> Vec<u8> {
+    let mut topics: Vec<(&str, &str)> = Vec::new();
+    let of_messages = messages.iter().map(|message| (message.0, message.1));
+    for topic in declared.iter().copied().chain(of_messages) {
+        if !topics.contains(&topic) {
+            topics.push(topic);
+        }
+    }
+    match kind {
+        Kind::Database => database(messages, &topics),
+        Kind::Records => mcap(None, false, messages, &topics),
+        Kind::Chunks => mcap(None, true, messages, &topics),
+        Kind::Zstd => mcap(Some(Compression::Zstd), true, messages, &topics),
+        Kind::Lz4 => mcap(Some(Compression::Lz4), true, messages, &topics),
+    }
+}
+
+fn mcap(
+    compression: Option<Compression>,
+    chunks: bool,
+    messages: &[Message],
+    topics: &[(&str, &str)],
+) -> Vec<u8> {
+    let options = WriteOptions::new()
+        .profile("ros2")
+        .compression(compression)
+        .chunk_size(Some(4096))
+        .use_chunks(chunks);
+    let mut bytes = Vec::new();
+    let mut writer = options.create(Cursor::new(&mut bytes)).unwrap();
+    let mut ids = Vec::new();
+    for (topic, message) in topics {
+        let schema = writer.add_schema(message, "ros2msg", b"fields").unwrap();
+        let channel = writer.add_channel(schema, topic, "cdr", &BTreeMap::new());
+        ids.push(channel.unwrap());
+    }
+    for Message(topic, _, log_ns, payload) in messages {
+        let at = topics.iter().position(|(name, _)| name == topic).unwrap();
+        let header = MessageHeader {
+            channel_id: ids[at],
+            sequence: 0,
+            log_time: *log_ns as u64,
+            publish_time: 0,
+        };
+        writer.write_to_known_channel(&header, payload).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    bytes
+}
+
+fn database(messages: &[Message], topics: &[(&str, &str)]) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("walk.db3");
+    let mut database = rusqlite::Connection::open(&path).unwrap();
+    database
+        .execute_batch(
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, \
+             serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL); \
+             CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, \
+             timestamp INTEGER NOT NULL, data BLOB NOT NULL); \
+             CREATE INDEX timestamp_idx ON messages (timestamp ASC);",
+        )
+        .unwrap();
+    let all = database.transaction().unwrap();
+    for (id, (topic, message)) in topics.iter().enumerate() {
+        let row = (id as i64 + 1, topic, message);
+        all.execute("INSERT INTO topics VALUES (?, ?, ?, 'cdr', '')", row)
+            .unwrap();
+    }
+    for Message(topic, _, log_ns, payload) in messages {
+        let at = topics.iter().position(|(name, _)| name == topic).unwrap() as i64 + 1;
+        let insert = "INSERT INTO messages (topic_id, timestamp, data) VALUES (?, ?, ?)";
+        all.execute(insert, (at, log_ns, payload)).unwrap();
+    }
+    all.commit().unwrap();
+    drop(database);
+    std::fs::read(path).unwrap()
+}
+
+fn open(bytes: &[u8], hints: &Hints) -> Result<Vec<Stored>, InputError> {
+    let mut file = tempfile::NamedTempFile::new().unwrap();
+    file.write_all(bytes).unwrap();
+    read(file.path(), hints)
+}
+
+fn read(path: &Path, hints: &Hints) -> Result<Vec<Stored>, InputError> {
+    Opened::new(path, None)?.store_all(hints)
+}
+
+fn samples(stored: &mut Stored) -> Vec<RecordedSample> {
+    stored.samples().unwrap().map(Result::unwrap).collect()
+}
+
+/// The end of an error, from the name of the file on.
+fn why<T>(result: Result<T, InputError>) -> String {
+    let said = result.err().expect("an error").to_string();
+    let name = said.find(".tmp").expect("the name of a file");
+    let rest = &said[name..];
+    rest[rest.find([' ', ':', ',']).unwrap()..].to_owned()
+}
+
+fn topics(names: &[&str]) -> Hints {
+    let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+    Hints {
+        bag: BagOptions {
+            topics: Topics::from_names(&names),
+            loads: Vec::new(),
+        },
+        ..Hints::default()
+    }
+}
+
+fn with_loads(mut hints: Hints, loads: &[&str]) -> Hints {
+    hints.bag.loads = loads
+        .iter()
+        .map(|load| load.parse::<LoadTopic>().unwrap())
+        .collect();
+    hints
+}
+
+/// 1 kHz from 1700000000.1 s, on two topics by turns; logged 3 ms later, each second message before
+/// the one before it.
+fn two_feet(order: Order) -> Vec<Message> {
+    let mut messages = Vec::new();
+    for k in 0..200_u64 {
+        let stamp = 1_700_000_000_100_000_000 + 1_000_000 * k as i64;
+        let log = stamp + 3_000_000 - 1_500_000 * (k as i64 % 2);
+        let [left, right] = ["/imu/fl", "/imu/fr"];
+        messages.push(Message(left, IMU, log, imu(order, stamp, k)));
+        messages.push(Message(right, IMU, log, imu(order, stamp, 1000 + k)));
+    }
+    messages
+}
+
+fn one_foot(order: Order) -> Vec<Message> {
+    let mut messages = two_feet(order);
+    messages.retain(|message| message.0 == "/imu/fl");
+    messages
+}
+
+#[test]
+fn a_foot_is_the_same_in_every_storage_and_byte_order() {
+    for order in [Order::Little, Order::Big] {
+        for kind in KINDS {
+            let bytes = written(
+                kind,
+                &one_foot(order),
+                &[("/chatter", "std_msgs/msg/String")],
+            );
+            let mut feet = open(&bytes, &Hints::default()).unwrap();
+            let [foot] = &mut feet[..] else {
+                panic!("one foot");
+            };
+            assert_eq!(foot.about.foot, None);
+            assert_eq!(foot.about.notices, [""; 0], "{kind:?}");
+            assert_eq!(foot.about.sample_rate, 1000.0);
+            assert_eq!(foot.about.start_us, 1_700_000_000_100_000);
+            let samples = samples(foot);
+            assert_eq!(samples.len(), 200);
+            for (k, sample) in samples.iter().enumerate() {
+                let value = k as f64 / 3.0;
+                let [up, down, more] = [value, -value, value + 1.0].map(|value| value as f32);
+                assert_eq!(sample.imu.timestamp.as_micros(), 1000 * k as u64);
+                assert_eq!(sample.imu.angular_rate.0, Vec3::new(up, down, 0.25));
+                assert_eq!(sample.imu.specific_force.0, Vec3::new(more, 2.0, 9.75));
+                assert_eq!((sample.load, sample.label), (None, None));
+            }
+        }
+    }
+}
+
+#[test]
+fn several_feet_are_listed_chosen_or_all_read() {
+    for kind in KINDS {
+        let bytes = written(kind, &two_feet(Order::Little), &[("/imu/rear", IMU)]);
+        assert_eq!(
+            why(open(&bytes, &Hints::default())),
+            " has several IMUs, choose with --topic, or --topic all: \
+             /imu/rear (0 messages), /imu/fl (200 messages, 1003 Hz), \
+             /imu/fr (200 messages, 1003 Hz)"
+        );
+        let mut right = open(&bytes, &topics(&["/imu/fr"])).unwrap();
+        assert_eq!(right.len(), 1);
+        let rate = samples(&mut right[0])[0].imu.angular_rate.0.x;
+        assert_eq!(rate, (1000.0_f64 / 3.0) as f32);
+        for (chosen, feet) in [
+            (topics(&["all"]), ["fl", "fr"]),
+            (topics(&["imu/fr", "imu/fl"]), ["fr", "fl"]),
+        ] {
+            let both = open(&bytes, &chosen).unwrap();
+            let names: Vec<_> = both
+                .iter()
+                .filter_map(|foot| foot.about.foot.clone())
+                .collect();
+            assert_eq!(names, feet);
+            assert!(both.iter().all(|foot| foot.about.samples == 200));
+        }
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(&bytes).unwrap();
+        let opened = Opened::new(file.path(), None).unwrap();
+        assert_eq!(
+            why(opened.store(&topics(&["all"]))),
+            " has several feet, and one is wanted here: fl, fr"
+        );
+    }
+}
+
+#[test]
+fn what_is_not_there_is_answered_with_what_is() {
+    let other = [Message(
+        "/chatter",
+        "std_msgs/msg/String",
+        1,
+        vec![0, 1, 0, 0],
+    )];
+    for kind in KINDS {
+        let bytes = written(kind, &other, &[("/imu", "sensor_msgs/Imu")]);
+        assert_eq!(
+            why(open(&bytes, &Hints::default())),
+            " has no topic of sensor_msgs/msg/Imu in CDR; there is /imu (sensor_msgs/Imu), \
+             /chatter (std_msgs/msg/String)"
+        );
+        let bytes = written(kind, &[], &[]);
+        assert_eq!(
+            why(open(&bytes, &Hints::default())),
+            " has no topic of sensor_msgs/msg/Imu in CDR; there is nothing"
+        );
+        let bytes = written(kind, &other, &[("/imu", IMU)]);
+        for hints in [topics(&[]), topics(&["all"])] {
+            assert_eq!(
+                why(open(&bytes, &hints)),
+                ": topic sensor_msgs/msg/Imu has no message; there is /imu (0 messages)"
+            );
+        }
+        assert_eq!(
+            why(open(&bytes, &topics(&["/imu"]))),
+            ": topic /imu has no message; there is /imu (0 messages)"
+        );
+        assert_eq!(
+            why(open(&bytes, &topics(&["/foot"]))),
+            " has no topic /foot of sensor_msgs/msg/Imu; there is /imu (0 messages), \
+             /chatter (std_msgs/msg/String)"
+        );
+    }
+}
+
+#[test]
+fn without_any_stamp_times_are_those_of_the_log() {
+    let mut messages = one_foot(Order::Little);
+    for (k, message) in messages.iter_mut().enumerate() {
+        message.2 = 5_000_000_000 + 2_000_000 * k as i64;
+        message.3 = imu(Order::Little, 0, k as u64);
+    }
+    for kind in KINDS {
+        let mut feet = open(&written(kind, &messages, &[]), &Hints::default()).unwrap();
+        let about = &feet[0].about;
+        assert_eq!((about.start_us, about.sample_rate), (5_000_000, 500.0));
+        assert_eq!(about.notices.len(), 1);
+        assert!(
+            about.notices[0].ends_with(
+                "topic /imu/fl: no message has a stamp, so times are those when messages were written"
+            ),
+            "{:?}",
+            about.notices
+        );
+        assert_eq!(samples(&mut feet[0]).len(), 200);
+    }
+}
+
+#[test]
+fn messages_without_a_stamp_among_others_are_left_out() {
+    let mut messages = one_foot(Order::Little);
+    for k in [0, 1, 2, 70] {
+        messages[k].3 = imu(Order::Little, 0, 0);
+    }
+    let bytes = written(Kind::Records, &messages, &[]);
+    let mut feet = open(&bytes, &Hints::default()).unwrap();
+    assert_eq!(feet[0].about.samples, 196);
+    assert!(feet[0].about.notices[0].ends_with("4 messages left out, which have no stamp"));
+    assert_eq!(feet[0].about.start_us, 1_700_000_000_103_000);
+    assert_eq!(samples(&mut feet[0])[0].imu.timestamp.as_micros(), 0);
+}
+
+#[test]
+fn a_sensor_that_is_declared_missing_is() {
+    let mut messages = one_foot(Order::Little);
+    let without = |k: u64, covariance| {
+        let stamp = 1_700_000_000_100_000_000 + 1_000_000 * k as i64;
+        imu_with(Order::Little, stamp, k, covariance)
+    };
+    messages[3].3 = without(3, [-1.0, 0.0]);
+    messages[4].3 = without(4, [0.0, -1.0]);
+    let mut feet = open(&written(Kind::Records, &messages, &[]), &Hints::default()).unwrap();
+    let read = samples(&mut feet[0]);
+    let invalid: Vec<usize> = (0..200)
+        .filter(|k| read[*k].imu.checked_validity() == Validity::Invalid)
+        .collect();
+    assert_eq!(invalid, [3, 4]);
+    assert_eq!(feet[0].about.notices.len(), 2);
+    for (k, message) in messages.iter_mut().enumerate() {
+        message.3 = without(k as u64, [0.0, -1.0]);
+    }
+    assert_eq!(
+        why(open(
+            &written(Kind::Records, &messages, &[]),
+            &Hints::default()
+        )),
+        ", topic /imu/fl: its messages have no linear_acceleration, as \
+         linear_acceleration_covariance[0] = -1 says"
+    );
+}
+
+#[test]
+fn times_that_go_back_are_an_error_or_left_out() {
+    let mut messages = one_foot(Order::Little);
+    messages[9].3 = messages[8].3.clone();
+    let bytes = written(Kind::Database, &messages, &[]);
+    let said = why(open(&bytes, &Hints::default()));
+    assert!(
+        said.starts_with(
+            ", topic /imu/fl: the time of a message does not come after 1700000000.108 s"
+        ),
+        "{said}"
+    );
+    let mut hints = Hints::default();
+    hints.table.times = Times::DropBad;
+    let feet = open(&bytes, &hints).unwrap();
+    assert_eq!(feet[0].about.samples, 199);
+}
+
+#[test]
+fn units_are_those_that_are_given() {
+    let mut hints = Hints::default();
+    hints.table.units = "g,dps".parse().unwrap();
+    let bytes = written(Kind::Records, &one_foot(Order::Big), &[]);
+    let mut feet = open(&bytes, &hints).unwrap();
+    let imu = samples(&mut feet[0])[0].imu;
+    assert_eq!(
+        imu.specific_force.0.z,
+        (9.75 * f64::from(9.806_65_f32)) as f32
+    );
+    assert_eq!(imu.angular_rate.0.z, 0.25_f64.to_radians() as f32);
+}
+
+#[test]
+fn a_load_is_the_last_before_the_sample_unless_it_is_old() {
+    // Every 20 ms by its own stamps, and stored after all samples.
+    let mut messages = one_foot(Order::Little);
+    let start = 1_700_000_000_100_000_000;
+    for k in 0..3 {
+        let stamp = start + 10_500_000 + 20_000_000 * k;
+        let force = [3.0, 4.0, 100.0 + k as f64];
+        messages.push(Message(
+            "/ft",
+            WRENCH,
+            stamp + 9_000_000_000,
+            wrench(stamp, force),
+        ));
+    }
+    for kind in KINDS {
+        let hints = with_loads(Hints::default(), &["/ft"]);
+        let mut feet = open(&written(kind, &messages, &[]), &hints).unwrap();
+        let loads: Vec<_> = samples(&mut feet[0])
+            .iter()
+            .map(|sample| sample.load)
+            .collect();
+        assert_eq!(loads[10], None);
+        assert_eq!(loads[11], Some(Load(100.0)));
+        assert_eq!(loads[30], Some(Load(100.0)));
+        assert_eq!(loads[31], Some(Load(101.0)));
+        assert_eq!(loads[150], Some(Load(102.0)));
+        assert_eq!(loads[151], None);
+        assert_eq!(feet[0].about.load_title, "/ft (N)");
+        assert!(feet[0].about.notices[0].contains("60 messages have no load"));
+    }
+    let hints = with_loads(Hints::default(), &["/ft:force"]);
+    let mut feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
+    let load = samples(&mut feet[0])[20].load;
+    assert_eq!(load, Some(Load((25.0_f64 + 10_000.0).sqrt() as f32)));
+}
+
+#[test]
+fn loads_without_stamps_are_found_by_the_log_and_belong_to_the_feet_in_order() {
+    let mut messages = two_feet(Order::Little);
+    let log = messages[0].2;
+    for k in 0..10 {
+        let log = log - 1 + 20_000_000 * k;
+        messages.push(Message("/load/a", FLOAT, log, float(10.0 + k as f64)));
+        messages.push(Message("/load/b", FLOAT, log, float(20.0 + k as f64)));
+    }
+    let bytes = written(Kind::Chunks, &messages, &[]);
+    for (feet, loads, first) in [
+        (["/imu/fr", "/imu/fl"], ["/load/a", "/load/b"], [10.0, 20.0]),
+        (["all", "all"], ["/load/b", "/load/a"], [20.0, 10.0]),
+    ] {
+        let mut read = open(&bytes, &with_loads(topics(&feet), &loads)).unwrap();
+        for (foot, load) in read.iter_mut().zip(first) {
+            assert_eq!(samples(foot)[0].load, Some(Load(load)));
+        }
+    }
+    assert_eq!(
+        why(open(&bytes, &with_loads(topics(&["all"]), &["/load/a"]))),
+        ": 1 loads for 2 feet: give --load-topic once for each of /imu/fl, /imu/fr"
+    );
+    let one = |load| open(&bytes, &with_loads(topics(&["/imu/fl"]), &[load]));
+    assert_eq!(
+        why(one("/load/a:force.z")),
+        ": /load/a:force.z is no load: std_msgs/msg/Float64 has data"
+    );
+    assert!(why(one("/imu/fr")).contains("sensor_msgs/msg/Imu has no number that is known here"));
+    assert!(why(one("/load/c")).starts_with(" has no topic /load/c of numbers; there is /imu/fl"));
+}
+
+#[test]
+fn a_message_of_another_length_is_named() {
+    for kind in KINDS {
+        let mut messages = one_foot(Order::Little);
+        let whole = messages[20].3.clone();
+        for (length, what) in [
+            (whole.len() - 1, "bytes are fewer than its type has"),
+            (whole.len() + 4, "bytes are more than its type has"),
+            (3, "3 bytes are no message"),
+            (0, "0 bytes are no message"),
+        ] {
+            messages[20].3 = whole.clone();
+            messages[20].3.resize(length, 0);
+            let said = why(open(&written(kind, &messages, &[]), &Hints::default()));
+            assert!(said.starts_with(", topic /imu/fl, message 21: "), "{said}");
+            assert!(said.contains(what), "{said}");
+        }
+        // A writer may fill up to a multiple of four.
+        messages[20].3 = whole.clone();
+        messages[20].3.resize(whole.len() + 3, 0);
+        assert!(open(&written(kind, &messages, &[]), &Hints::default()).is_ok());
+        // XCDR2 aligns otherwise.
+        messages[20].3[1] = 7;
+        let said = why(open(&written(kind, &messages, &[]), &Hints::default()));
+        assert!(
+            said.contains("it is encoded as 0x0007, not in plain CDR"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn a_file_that_ends_early_gives_what_is_there() {
+    for kind in KINDS {
+        let bytes = written(kind, &one_foot(Order::Little), &[]);
+        let whole = samples(&mut open(&bytes, &Hints::default()).unwrap()[0]);
+        let mut longest = 0;
+        let step = if kind == Kind::Database { 509 } else { 97 };
+        for length in (0..bytes.len()).step_by(step) {
+            if let Ok(mut feet) = open(&bytes[..length], &Hints::default()) {
+                let read = samples(&mut feet[0]);
+                assert_eq!(read, whole[..read.len()], "{kind:?}, {length}");
+                assert!(read.len() >= longest || kind == Kind::Database);
+                longest = read.len();
+                let notices = &feet[0].about.notices;
+                assert!(
+                    read.len() == 200 || notices[0].contains("ends early"),
+                    "{notices:?}"
+                );
+            }
+        }
+        assert!(longest > 100, "{kind:?}: {longest}");
+    }
+}
+
+#[test]
+fn zeros_at_the_end_are_the_end() {
+    let mut bytes = written(Kind::Records, &one_foot(Order::Little), &[]);
+    bytes.truncate(bytes.len() / 2);
+    let cut = open(&bytes, &Hints::default()).unwrap()[0].about.samples;
+    // Where a record ends is not known here: zeros within one make a message wrong instead.
+    bytes.resize(bytes.len() + (1 << 20), 0);
+    match open(&bytes, &Hints::default()) {
+        Ok(feet) => assert!(feet[0].about.samples >= cut && cut > 50),
+        Err(error) => assert!(error.to_string().contains("/imu/fl"), "{error}"),
+    }
+}
+
+/// Numbers that look random: xorshift.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self, below: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as usize % below
+    }
+}
+
+#[test]
+fn damage_is_an_error_of_one_line_or_changes_what_it_hits() {
+    let mut random = Random(0x5eed_1234_5678_9abc);
+    let loads = with_loads(topics(&["all"]), &["/ft"]);
+    let mut messages = one_foot(Order::Little);
+    messages.push(Message("/ft", WRENCH, 0, wrench(0, [0.0; 3])));
+    for kind in KINDS {
+        let whole = written(kind, &messages, &[]);
+        for _ in 0..400 {
+            let mut bytes = whole.clone();
+            for _ in 0..=random.next(4) {
+                // Most of what structures a file is at its beginning and at its end.
+                let at = match random.next(3) {
+                    0 => 16 + random.next(400),
+                    1 => bytes.len() - 1 - random.next(400),
+                    _ => 16 + random.next(bytes.len() - 16),
+                };
+                bytes[at] = match random.next(3) {
+                    0 => 0xFF,
+                    1 => bytes[at] ^ 1 << random.next(8),
+                    _ => random.next(256) as u8,
+                };
+            }
+            if let Err(error) = open(&bytes, &loads) {
+                assert!(!error.to_string().contains('\n'), "{error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn noise_after_the_first_bytes_is_an_error() {
+    let mut random = Random(77);
+    for magic in [&b"\x89MCAP0\r\n"[..], b"SQLite format 3\0"] {
+        for length in [0, 1, 9, 100, 5000] {
+            let mut bytes = magic.to_vec();
+            bytes.extend((0..length).map(|_| random.next(256) as u8));
+            assert!(open(&bytes, &Hints::default()).is_err());
+        }
+    }
+}
+
+#[test]
+fn lengths_that_promise_too_much_are_not_believed() {
+    let magic = b"\x89MCAP0\r\n";
+    for opcode in 1..=0x0F_u8 {
+        for length in [u64::MAX, u64::MAX / 2, 1 << 40, 1 << 32, 300 << 20] {
+            let mut bytes = magic.to_vec();
+            bytes.push(opcode);
+            bytes.extend_from_slice(&length.to_le_bytes());
+            bytes.extend_from_slice(&[0xFF; 64]);
+            assert!(open(&bytes, &Hints::default()).is_err());
+        }
+    }
+    // A chunk whose sizes, and the length of whose compression, are not true.
+    let whole = written(Kind::Zstd, &one_foot(Order::Little), &[]);
+    let header = u64::from_le_bytes(whole[9..17].try_into().unwrap()) as usize;
+    let chunk = 17 + header;
+    assert_eq!(whole[chunk], 6);
+    for at in [chunk + 1, chunk + 25, chunk + 37, chunk + 45] {
+        let mut bytes = whole.clone();
+        bytes[at..at + 4].copy_from_slice(&[0xFF, 0xFF, 0xFF, 0x7F]);
+        bytes[at + 4] = 0x7F;
+        let _ = open(&bytes, &Hints::default());
+    }
+}
+
+#[test]
+fn a_database_of_another_program_is_called_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("other.tmp");
+    let database = rusqlite::Connection::open(&path).unwrap();
+    database
+        .execute_batch(
+            "CREATE TABLE messages (text); \
+             CREATE VIEW topics AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id FROM n) \
+             SELECT id, id AS name, id AS type, id AS serialization_format FROM n",
+        )
+        .unwrap();
+    drop(database);
+    let said = read(&path, &Hints::default()).err().unwrap().to_string();
+    assert!(
+        said.contains("is an SQLite database without the tables of a rosbag2"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_folder_is_read_in_the_order_of_its_numbers() {
+    let messages = one_foot(Order::Little);
+    let folder = tempfile::tempdir().unwrap();
+    for (part, messages) in messages.chunks(18).enumerate() {
+        let kind = if part % 2 == 0 {
+            Kind::Records
+        } else {
+            Kind::Database
+        };
+        let ending = if part % 2 == 0 { "mcap" } else { "db3" };
+        let path = folder.path().join(format!("walk_{part}.{ending}"));
+        std::fs::write(path, written(kind, messages, &[])).unwrap();
+    }
+    std::fs::write(
+        folder.path().join("metadata.yaml"),
+        "rosbag2_bagfile_information:",
+    )
+    .unwrap();
+    let mut feet = read(folder.path(), &Hints::default()).unwrap();
+    let whole = written(Kind::Records, &messages, &[]);
+    let mut expected = open(&whole, &Hints::default()).unwrap();
+    assert_eq!(samples(&mut feet[0]), samples(&mut expected[0]));
+    let empty = tempfile::tempdir().unwrap();
+    let said = read(empty.path(), &Hints::default())
+        .err()
+        .unwrap()
+        .to_string();
+    assert!(
+        said.ends_with("is a folder without files of a rosbag2: .mcap or .db3"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_bag_that_is_compressed_as_a_whole_is_read() {
+    let bytes = written(Kind::Database, &one_foot(Order::Little), &[]);
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gzip.write_all(&bytes).unwrap();
+    let feet = open(&gzip.finish().unwrap(), &Hints::default()).unwrap();
+    assert_eq!(feet[0].about.samples, 200);
+}
+
+#[test]
+fn options_of_tables_and_formats_of_others_are_refused() {
+    let bytes = written(Kind::Records, &one_foot(Order::Little), &[]);
+    let mut hints = Hints::default();
+    hints.table.mapping = "t=stamp".parse().unwrap();
+    assert!(why(open(&bytes, &hints)).ends_with("--map and --time-unit are for csv and parquet"));
+    let mut file = tempfile::NamedTempFile::new().unwrap();
+    file.write_all(&bytes).unwrap();
+    let given = |format| Opened::new(file.path(), Some(format)).map(|opened| opened.format());
+    assert_eq!(given(Format::Mcap).unwrap(), Format::Mcap);
+    assert_eq!(
+        why(given(Format::Csv)),
+        " is mcap, but was given as --format csv"
+    );
+    assert_eq!(
+        why(given(Format::Rosbag2)),
+        " is mcap, but was given as --format rosbag2"
+    );
+    let said = why(open(
+        b"t,ax,ay,az,wx,wy,wz\n0,0,0,0,0,0,0\n",
+        &topics(&["/imu"]),
+    ));
+    assert_eq!(
+        said,
+        " is read as csv: --topic and --load-topic are for mcap and rosbag2"
+    );
+}

@@ -32,10 +32,9 @@ impl Kind {
             {
                 Some(Self::Text)
             }
-            DataType::Boolean
-            | DataType::Float16
-            | DataType::Float32
-            | DataType::Float64 => Some(Self::Number),
+            DataType::Boolean | DataType::Float16 | DataType::Float32 | DataType::Float64 => {
+                Some(Self::Number)
+            }
             integer if integer.is_integer() => Some(Self::Number),
             // Of nulls alone: pandas writes a column without values as one.
             DataType::Null => Some(Self::Number),
@@ -126,8 +125,12 @@ impl Column {
 
     pub(super) fn shown(&self, row: usize) -> Cow<'_, str> {
         match self {
-            Self::Floats(values) => values[row].map_or_else(String::new, |v| v.to_string()).into(),
-            Self::Wholes(values) => values[row].map_or_else(String::new, |v| v.to_string()).into(),
+            Self::Floats(values) => values[row]
+                .map_or_else(String::new, |v| v.to_string())
+                .into(),
+            Self::Wholes(values) => values[row]
+                .map_or_else(String::new, |v| v.to_string())
+                .into(),
             Self::Moments(values) => {
                 let text = |micros| format!("{} s", micros as f64 / 1.0e6);
                 values[row].map_or_else(String::new, text).into()
@@ -146,7 +149,9 @@ struct Values<'a> {
 impl Values<'_> {
     fn each<T>(&self, value: impl Fn(usize) -> T) -> Vec<Option<T>> {
         let is_there = |row| self.nulls.is_none_or(|nulls| nulls.is_valid(row));
-        (0..self.array.len()).map(|row| is_there(row).then(|| value(row))).collect()
+        (0..self.array.len())
+            .map(|row| is_there(row).then(|| value(row)))
+            .collect()
     }
 
     fn primitive<A: ArrowPrimitiveType, T>(
@@ -201,7 +206,11 @@ impl Values<'_> {
             nulls: nulls.as_ref(),
         };
         let words = words.texts()?;
-        let word = |row| dictionary.key(row).and_then(|key| words.get(key).cloned().flatten());
+        let word = |row| {
+            dictionary
+                .key(row)
+                .and_then(|key| words.get(key).cloned().flatten())
+        };
         Some(self.each(word).into_iter().map(Option::flatten).collect())
     }
 }

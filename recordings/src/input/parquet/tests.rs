@@ -1,0 +1,405 @@
+use std::io::Write;
+use std::sync::Arc;
+
+use ::parquet::arrow::ArrowWriter;
+use ::parquet::basic::{Compression, ZstdLevel};
+use ::parquet::file::properties::WriterProperties;
+use arrow_array::types::Int8Type;
+use arrow_array::{
+    ArrayRef, BooleanArray, DictionaryArray, DurationMillisecondArray, Float32Array, Float64Array,
+    Int16Array, Int32Array, Int64Array, LargeStringArray, ListArray, NullArray, RecordBatch,
+    StringArray, StringViewArray, StructArray, TimestampMicrosecondArray,
+    TimestampMillisecondArray, TimestampNanosecondArray, TimestampSecondArray, UInt8Array,
+    UInt64Array,
+};
+use arrow_schema::Field;
+use estimator_core::{Load, Saturation, Validity};
+
+use crate::input::{Format, Hints, InputError, Opened, Stored};
+use crate::recording::{Label, RecordedSample};
+
+const ROWS: usize = 20;
+
+/// Six axes that are all different, without a time.
+fn axes() -> Vec<(&'static str, ArrayRef)> {
+    ["ax", "ay", "az", "wx", "wy", "wz"]
+        .into_iter()
+        .enumerate()
+        .map(|(axis, name)| (name, numbers(|k| k / 3.0 + axis as f64)))
+        .collect()
+}
+
+fn numbers(of: impl Fn(f64) -> f64) -> ArrayRef {
+    Arc::new(Float64Array::from_iter_values(
+        (0..ROWS).map(|k| of(k as f64)),
+    ))
+}
+
+fn wholes(step: i64) -> impl Iterator<Item = i64> {
+    (0..ROWS as i64).map(move |k| k * step)
+}
+
+fn seconds() -> ArrayRef {
+    numbers(|k| k / 100.0)
+}
+
+fn written(columns: Vec<(&str, ArrayRef)>) -> Vec<u8> {
+    let properties = WriterProperties::builder()
+        .set_max_row_group_row_count(Some(7))
+        .set_compression(Compression::ZSTD(ZstdLevel::default()));
+    let batch = RecordBatch::try_from_iter_with_nullable(
+        columns.into_iter().map(|(name, array)| (name, array, true)),
+    )
+    .unwrap();
+    let mut bytes = Vec::new();
+    let mut writer =
+        ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties.build())).unwrap();
+    writer.write(&batch).unwrap();
+    writer.close().unwrap();
+    bytes
+}
+
+fn open(bytes: &[u8], hints: &Hints) -> Result<Stored, InputError> {
+    let mut file = tempfile::NamedTempFile::new().unwrap();
+    file.write_all(bytes).unwrap();
+    let opened = Opened::new(file.path(), None)?;
+    assert_eq!(opened.format(), Format::Parquet);
+    opened.store(hints)
+}
+
+fn samples(columns: Vec<(&str, ArrayRef)>) -> Vec<RecordedSample> {
+    let mut stored = open(&written(columns), &Hints::default()).unwrap();
+    stored.samples().unwrap().map(Result::unwrap).collect()
+}
+
+/// The end of an error, from the name of the file on.
+fn why(columns: Vec<(&str, ArrayRef)>) -> String {
+    let result = open(&written(columns), &Hints::default());
+    let said = result.err().expect("an error").to_string();
+    let name = said.find(".tmp").expect("the name of a file");
+    let rest = &said[name..];
+    rest[rest.find([' ', ':', ',']).unwrap()..].to_owned()
+}
+
+fn with(
+    more: Vec<(&'static str, ArrayRef)>,
+    mut columns: Vec<(&'static str, ArrayRef)>,
+) -> Vec<(&'static str, ArrayRef)> {
+    columns.extend(more);
+    columns
+}
+
+fn times(samples: &[RecordedSample]) -> Vec<u64> {
+    samples
+        .iter()
+        .map(|sample| sample.imu.timestamp.as_micros())
+        .collect()
+}
+
+#[test]
+fn columns_of_ours_are_read_over_all_row_groups() {
+    let samples = samples(with(vec![("t", seconds())], axes()));
+    assert_eq!(samples.len(), ROWS);
+    for (k, sample) in samples.iter().enumerate() {
+        assert_eq!(sample.imu.timestamp.as_micros(), 10_000 * k as u64);
+        assert_eq!(sample.imu.specific_force.0.y, (k as f64 / 3.0 + 1.0) as f32);
+        assert_eq!(sample.imu.angular_rate.0.z, (k as f64 / 3.0 + 5.0) as f32);
+    }
+}
+
+#[test]
+fn a_time_is_the_same_in_every_type() {
+    let expected: Vec<u64> = (0..ROWS as u64).map(|k| 1_000_000 * k).collect();
+    let start = 1_700_000_000;
+    let since_1970 = |per_second: i64| wholes(per_second).map(move |t| t + start * per_second);
+    let utc = |array: TimestampMicrosecondArray| array.with_timezone("+02:00");
+    let columns: [(&str, ArrayRef); 12] = [
+        ("t", numbers(|k| k + start as f64)),
+        (
+            "t",
+            Arc::new(Float32Array::from_iter_values((0..ROWS).map(|k| k as f32))),
+        ),
+        (
+            "t",
+            Arc::new(Int16Array::from_iter_values(
+                (0..ROWS as i16).map(|k| k + 7),
+            )),
+        ),
+        (
+            "time_ms",
+            Arc::new(Int64Array::from_iter_values(wholes(1000))),
+        ),
+        (
+            "t_ns",
+            Arc::new(Int64Array::from_iter_values(since_1970(1_000_000_000))),
+        ),
+        (
+            "timestamp",
+            Arc::new(UInt64Array::from_iter_values(
+                since_1970(1_000_000_000).map(|t| t as u64),
+            )),
+        ),
+        (
+            "t",
+            Arc::new(TimestampSecondArray::from_iter_values(since_1970(1))),
+        ),
+        (
+            "when",
+            Arc::new(TimestampMillisecondArray::from_iter_values(since_1970(
+                1000,
+            ))),
+        ),
+        (
+            "__index_level_0__",
+            Arc::new(utc(TimestampMicrosecondArray::from_iter_values(
+                since_1970(1_000_000),
+            ))),
+        ),
+        (
+            "stamp",
+            Arc::new(TimestampNanosecondArray::from_iter_values(since_1970(
+                1_000_000_000,
+            ))),
+        ),
+        (
+            "elapsed",
+            Arc::new(DurationMillisecondArray::from_iter_values(wholes(1000))),
+        ),
+        (
+            "t",
+            Arc::new(StringArray::from_iter_values(
+                (0..ROWS).map(|k| format!("2024-05-01T12:00:{k:02}.000000+02:00")),
+            )),
+        ),
+    ];
+    for (name, column) in columns {
+        let named = format!("{name}: {}", column.data_type());
+        let axes: Vec<_> = if matches!(name, "time_ms" | "t_ns" | "timestamp") {
+            // Times by other names are known in tables of others.
+            let names = ["acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z"];
+            names
+                .into_iter()
+                .zip(axes())
+                .map(|(name, (_, array))| (name, array))
+                .collect()
+        } else {
+            axes()
+        };
+        assert_eq!(
+            times(&samples(with(vec![(name, column)], axes))),
+            expected,
+            "{named}"
+        );
+    }
+}
+
+#[test]
+fn numbers_are_read_from_every_type_and_null_is_blank() {
+    let some = |k: usize| (k != 3).then_some(k);
+    let columns: [ArrayRef; 6] = [
+        Arc::new(Int32Array::from_iter(
+            (0..ROWS).map(|k| some(k).map(|k| k as i32)),
+        )),
+        Arc::new(UInt8Array::from_iter(
+            (0..ROWS).map(|k| some(k).map(|k| k as u8)),
+        )),
+        Arc::new(UInt64Array::from_iter(
+            (0..ROWS).map(|k| some(k).map(|k| k as u64)),
+        )),
+        Arc::new(Float32Array::from_iter(
+            (0..ROWS).map(|k| some(k).map(|k| k as f32)),
+        )),
+        Arc::new(LargeStringArray::from_iter(
+            (0..ROWS).map(|k| some(k).map(|k| k.to_string())),
+        )),
+        Arc::new(StringViewArray::from_iter(
+            (0..ROWS).map(|k| some(k).map(|k| k.to_string())),
+        )),
+    ];
+    for column in columns {
+        let named = column.data_type().to_string();
+        let read = samples(with(vec![("t", seconds()), ("force", column)], axes()));
+        assert_eq!(
+            (read[2].load, read[3].load),
+            (Some(Load(2.0)), None),
+            "{named}"
+        );
+    }
+    let labels = BooleanArray::from_iter((0..ROWS).map(|k| some(k).map(|k| k > 5)));
+    let empty = NullArray::new(ROWS);
+    let more: Vec<(&str, ArrayRef)> = vec![
+        ("t", seconds()),
+        ("label", Arc::new(labels)),
+        ("force", Arc::new(empty)),
+    ];
+    let read = samples(with(more, axes()));
+    let labels = [2, 3, 6].map(|k: usize| read[k].label);
+    assert_eq!(labels, [Some(Label::NotStable), None, Some(Label::Stable)]);
+    assert_eq!(read[0].load, None);
+}
+
+#[test]
+fn a_validity_is_a_name_also_of_a_dictionary() {
+    let name = |k: usize| ["valid", "stale", "gyroscope_saturated", ""][k % 4];
+    let columns: [ArrayRef; 2] = [
+        Arc::new(StringArray::from_iter_values((0..ROWS).map(name))),
+        Arc::new(DictionaryArray::<Int8Type>::from_iter((0..ROWS).map(name))),
+    ];
+    for column in columns {
+        let read = samples(with(vec![("t", seconds()), ("validity", column)], axes()));
+        assert_eq!(read[1].imu.validity, Validity::Stale);
+        assert_eq!(
+            read[2].imu.validity,
+            Validity::Saturated(Saturation::Gyroscope)
+        );
+        assert_eq!(read[3].imu.validity, Validity::Valid);
+    }
+}
+
+#[test]
+fn columns_in_structs_have_the_names_of_both() {
+    let of = |name: &'static str, parts: Vec<(&str, ArrayRef)>| {
+        let fields = parts.into_iter().map(|(part, array)| {
+            (
+                Arc::new(Field::new(part, array.data_type().clone(), true)),
+                array,
+            )
+        });
+        let array: ArrayRef = Arc::new(StructArray::from(fields.collect::<Vec<_>>()));
+        (name, array)
+    };
+    let triple = |offset: f64| {
+        ["x", "y", "z"]
+            .into_iter()
+            .enumerate()
+            .map(|(axis, name)| (name, numbers(|k| k / 3.0 + axis as f64 + offset)))
+            .collect()
+    };
+    let whole = Int32Array::from_iter_values((0..ROWS as i32).map(|k| 1_700_000_000 + k / 10));
+    let nanosec =
+        Int32Array::from_iter_values((0..ROWS as i32).map(|k| k % 10 * 100_000_000 + 499));
+    let stamp = of(
+        "stamp",
+        vec![
+            ("sec", Arc::new(whole) as ArrayRef),
+            ("nanosec", Arc::new(nanosec)),
+        ],
+    );
+    let read = samples(vec![
+        of("header", vec![stamp]),
+        of("angular_velocity", triple(3.0)),
+        of("linear_acceleration", triple(0.0)),
+    ]);
+    let mut plain = samples(with(vec![("t", seconds())], axes()));
+    for (k, sample) in plain.iter_mut().enumerate() {
+        sample.imu.timestamp = estimator_core::Timestamp::from_micros(100_000 * k as u64);
+    }
+    assert_eq!(read, plain);
+}
+
+#[test]
+fn errors_name_the_row_and_the_column() {
+    let blank = Float64Array::from_iter((0..ROWS).map(|k| (k != 12).then_some(0.0)));
+    let mut columns = axes();
+    columns[1].1 = Arc::new(blank);
+    assert_eq!(
+        why(with(vec![("t", seconds())], columns)),
+        ", row 13, column 2 (ay): blank where a number is needed"
+    );
+    let late = numbers(|k| if k == 5.0 { 0.0 } else { k });
+    assert!(
+        why(with(vec![("t", late)], axes())).starts_with(
+            ", row 6, column 7 (t): time 0 s does not come after 4 s in the row before"
+        )
+    );
+    let list =
+        ListArray::from_iter_primitive::<Int8Type, _, _>((0..ROWS).map(|_| Some(vec![Some(0_i8)])));
+    let mut columns = axes();
+    columns[0].1 = Arc::new(list);
+    assert!(
+        why(with(vec![("t", seconds())], columns)).contains(": column ax has values of type List(")
+    );
+    let mut columns = axes();
+    columns[0].1 = Arc::new(TimestampSecondArray::from_iter_values(wholes(1)));
+    assert_eq!(
+        why(with(vec![("t", seconds())], columns)),
+        ", row 1, column 1 (ax): \"a time\" is not a number"
+    );
+    let odd: Vec<_> = ["a", "b", "c", "d", "e", "f"]
+        .into_iter()
+        .zip(axes())
+        .collect();
+    let odd = odd
+        .into_iter()
+        .map(|(name, (_, array))| (name, array))
+        .collect();
+    assert_eq!(
+        why(odd),
+        ": missing in the header: ax, ay, az, wx, wy, wz; --map says which columns stand for them, \
+         such as --map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
+    );
+    let far = TimestampSecondArray::from_iter_values(wholes(i64::MAX / 100));
+    assert!(why(with(vec![("t", Arc::new(far) as ArrayRef)], axes())).contains("is no time in us"));
+}
+
+#[test]
+fn a_mapping_and_units_apply() {
+    let names = ["u", "v", "w", "p", "q", "r"];
+    let columns = names
+        .into_iter()
+        .zip(axes())
+        .map(|(name, (_, array))| (name, array));
+    let bytes = written(with(vec![("clock", seconds())], columns.collect()));
+    let mut hints = Hints::default();
+    hints.table.mapping = "t=clock,ax=u,ay=v,az=w,wx=p,wy=q,wz=r".parse().unwrap();
+    hints.table.units = "dps".parse().unwrap();
+    let mut stored = open(&bytes, &hints).unwrap();
+    let second = stored.samples().unwrap().nth(1).unwrap().unwrap();
+    assert_eq!(
+        second.imu.angular_rate.0.x,
+        (1.0_f64 / 3.0 + 3.0).to_radians() as f32
+    );
+}
+
+#[test]
+fn a_file_without_rows_is_empty() {
+    let none =
+        |name| -> (&str, ArrayRef) { (name, Arc::new(Float64Array::from(Vec::<f64>::new()))) };
+    let columns = ["ax", "ay", "az", "wx", "wy", "wz"]
+        .into_iter()
+        .map(none)
+        .collect();
+    assert_eq!(why(columns), " is empty: it holds no sample");
+}
+
+#[test]
+fn damage_is_an_error_and_no_panic() {
+    let whole = written(with(vec![("t", seconds())], axes()));
+    for length in 4..whole.len() {
+        assert!(
+            open(&whole[..length], &Hints::default()).is_err(),
+            "{length}"
+        );
+    }
+    let mut state = 0x1234_5678_9abc_def1_u64;
+    let mut random = |below: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as usize % below
+    };
+    for _ in 0..6_000 {
+        let mut bytes = whole.clone();
+        for _ in 0..=random(3) {
+            let at = 4 + random(bytes.len() - 4);
+            bytes[at] = match random(3) {
+                0 => 0xFF,
+                1 => bytes[at] ^ 1 << random(8),
+                _ => random(256) as u8,
+            };
+        }
+        if let Err(error) = open(&bytes, &Hints::default()) {
+            assert!(!error.to_string().contains('\n'), "{error}");
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Packages of Python for one test, beside the environment of the wire's tests, which has others.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::environment;
+
+/// An interpreter, and the folder with the packages, which goes into `PYTHONPATH`.
+pub struct Packages {
+    pub interpreter: PathBuf,
+    pub folder: PathBuf,
+}
+
+/// Installs `requirements`, one a line, in a folder of this name; what stands in the way is said in
+/// one line.
+pub fn install(folder: &str, requirements: &str) -> Result<Packages, String> {
+    let interpreter = environment::make()?;
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
+    let installed = folder.join("installed.txt");
+    if fs::read_to_string(&installed).is_ok_and(|installed| installed == requirements) {
+        return Ok(Packages {
+            interpreter,
+            folder,
+        });
+    }
+    let output = Command::new(&interpreter)
+        .args(["-m", "pip", "install", "--quiet", "--upgrade"])
+        .args(["--disable-pip-version-check", "--target"])
+        .arg(&folder)
+        .args(requirements.lines())
+        .output()
+        .map_err(|error| error.to_string())?;
+    if !output.status.success() {
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        let last = stderr.lines().last().unwrap_or_default();
+        return Err(format!("pip cannot install {requirements:?}: {last}"));
+    }
+    fs::write(&installed, requirements).map_err(|error| error.to_string())?;
+    Ok(Packages {
+        interpreter,
+        folder,
+    })
+}

@@ -1,0 +1,235 @@
+"""A walk in the files of others, written by their own libraries.
+
+usage: roads.py walk.csv folder
+
+walk.csv is a table of ours. Into folder/same go bags and Parquet files of that walk, into
+folder/feet bags in which it is the left of two feet, into folder/other files that are no recordings.
+Each name is printed. Bags have the load on /ft, or /ft/fl and /ft/fr.
+"""
+
+import dataclasses
+import json
+import pickle
+import sqlite3
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import numpy
+import pandas
+import pyarrow
+import pyarrow.feather
+import pyarrow.parquet
+from mcap.writer import CompressionType, IndexType
+from mcap.writer import Writer as McapWriter
+from mcap_ros2.writer import Writer as Ros2Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Writer as Rosbag2Writer
+from rosbags.typesys import Stores, get_typestore
+
+START_NS = 1_700_000_000_123_456_000
+# When a message is written, after its stamp.
+LATE_NS = 2_345_678
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+TYPES = STORE.types
+IMU = "sensor_msgs/msg/Imu"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
+
+AXES = ["ax", "ay", "az", "wx", "wy", "wz"]
+
+
+def header(stamp_ns, frame):
+    sec, nanosec = divmod(stamp_ns, 1_000_000_000)
+    stamp = TYPES["builtin_interfaces/msg/Time"](sec=sec, nanosec=nanosec)
+    return TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id=frame)
+
+
+def vector(x, y, z):
+    return TYPES["geometry_msgs/msg/Vector3"](x=float(x), y=float(y), z=float(z))
+
+
+def imu(stamp_ns, row):
+    unknown = numpy.array([-1.0] + 8 * [0.0])
+    return TYPES[IMU](
+        header=header(stamp_ns, "foot"),
+        orientation=TYPES["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+        orientation_covariance=unknown,
+        angular_velocity=vector(row.wx, row.wy, row.wz),
+        angular_velocity_covariance=numpy.zeros(9),
+        linear_acceleration=vector(row.ax, row.ay, row.az),
+        linear_acceleration_covariance=numpy.zeros(9),
+    )
+
+
+def wrench(stamp_ns, force):
+    zero = vector(0, 0, 0)
+    return TYPES[WRENCH](
+        header=header(stamp_ns, "sole"),
+        wrench=TYPES["geometry_msgs/msg/Wrench"](force=vector(1, 2, force), torque=zero),
+    )
+
+
+def messages(walk, feet):
+    """Topic, type, time of writing, message; the load of a sample comes after it."""
+    for row in walk.itertuples():
+        stamp_ns = START_NS + round(row.t * 1e6) * 1000
+        for foot, turned in feet.items():
+            turn = -1.0 if turned else 1.0
+            sample = row._replace(ax=turn * row.ax, ay=turn * row.ay)
+            yield "/imu" + foot, IMU, stamp_ns + LATE_NS, imu(stamp_ns, sample)
+            yield "/ft" + foot, WRENCH, stamp_ns + LATE_NS + 1, wrench(stamp_ns, row.force)
+
+
+def definition(name):
+    text, _ = STORE.generate_msgdef(name, ros_version=2)
+    return text
+
+
+def plain(message):
+    """A message of rosbags as mcap_ros2 takes it: lists instead of arrays."""
+    if isinstance(message, numpy.ndarray):
+        return message.tolist()
+    if dataclasses.is_dataclass(message):
+        names = [field.name for field in dataclasses.fields(message)]
+        return {name: plain(getattr(message, name)) for name in names if name != "__msgtype__"}
+    return message
+
+
+def by_mcap_ros2(path, walk, feet, compression):
+    with path.open("wb") as file:
+        writer = Ros2Writer(file, chunk_size=100_000, compression=compression)
+        schemas = {name: writer.register_msgdef(name, definition(name)) for name in (IMU, WRENCH)}
+        for topic, name, log_ns, message in messages(walk, feet):
+            writer.write_message(topic, schemas[name], plain(message), log_time=log_ns)
+        writer.add_attachment(0, 0, "notes.txt", "text/plain", b"a walk")
+        writer.finish()
+
+
+def by_mcap(path, walk, feet, little_endian, **options):
+    with path.open("wb") as file:
+        writer = McapWriter(file, **options)
+        writer.start(profile="ros2", library="roads")
+        schemas = {
+            name: writer.register_schema(name, "ros2msg", definition(name).encode())
+            for name in (IMU, WRENCH)
+        }
+        channels = {}
+        for topic, name, log_ns, message in messages(walk, feet):
+            if topic not in channels:
+                channels[topic] = writer.register_channel(topic, "cdr", schemas[name])
+            data = bytes(STORE.serialize_cdr(message, name, little_endian=little_endian))
+            writer.add_message(channels[topic], log_ns, data, log_ns)
+        writer.finish()
+
+
+def by_rosbags(path, walk, feet, version, plugin, mode):
+    writer = Rosbag2Writer(path, version=version, storage_plugin=plugin)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        connections = {}
+        for topic, name, log_ns, message in messages(walk, feet):
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, name, typestore=STORE)
+            data = STORE.serialize_cdr(message, name)
+            writer.write(connections[topic], log_ns, data)
+
+
+UNCHUNKED = {
+    "use_chunking": False,
+    "index_types": IndexType.NONE,
+    "repeat_channels": False,
+    "repeat_schemas": False,
+    "use_statistics": False,
+    "use_summary_offsets": False,
+    "enable_crcs": False,
+}
+
+
+def bags(folder, walk, feet):
+    for compression in (CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD):
+        path = folder / f"ros2_{compression.name.lower()}.mcap"
+        by_mcap_ros2(path, walk, feet, compression)
+    by_mcap(folder / "records.mcap", walk, feet, True, **UNCHUNKED)
+    by_mcap(folder / "big_endian.mcap", walk, feet, False, compression=CompressionType.ZSTD)
+    modes = {
+        StoragePlugin.SQLITE3: (CompressionMode.NONE, CompressionMode.FILE, CompressionMode.MESSAGE),
+        StoragePlugin.MCAP: (
+            CompressionMode.NONE,
+            CompressionMode.FILE,
+            CompressionMode.MESSAGE,
+            CompressionMode.STORAGE,
+        ),
+    }
+    for plugin, plugin_modes in modes.items():
+        for mode in plugin_modes:
+            for version in (8, 9):
+                name = f"{plugin.name}_{mode.name}_{version}".lower()
+                by_rosbags(folder / name, walk, feet, version, plugin, mode)
+    # The file of a bag, without its folder.
+    database = next((folder / "sqlite3_none_9").glob("*.db3"))
+    (folder / "alone.db3").write_bytes(database.read_bytes())
+
+
+def parquets(folder, walk):
+    write = pyarrow.parquet.write_table
+    table = pyarrow.Table.from_pandas(walk, preserve_index=False)
+    for compression in ("none", "snappy", "gzip", "lz4", "zstd"):
+        write(table, folder / f"{compression}.parquet", compression=compression)
+    write(table, folder / "groups.parquet", row_group_size=1000, data_page_version="2.0")
+    plain = {"use_dictionary": False, "version": "2.6"}
+    encodings = {name: "BYTE_STREAM_SPLIT" for name in AXES + ["t", "force"]}
+    write(table, folder / "split.parquet", column_encoding=encodings, **plain)
+    # The axes are those of an f32.
+    single = walk.astype({name: "float32" for name in AXES + ["force"]})
+    single.to_parquet(folder / "single.parquet")
+    stamps = START_NS + (walk["t"] * 1e6).round().astype("int64") * 1000
+    indexed = walk.drop(columns="t").set_index(pandas.to_datetime(stamps, utc=True).rename(None))
+    indexed.to_parquet(folder / "indexed.parquet")
+    whole = walk.assign(t=stamps).rename(columns={"t": "timestamp_ns"})
+    names = dict(zip(AXES, ["acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z"]))
+    whole.rename(columns=names).to_parquet(folder / "others.parquet")
+    by_struct = pyarrow.Table.from_pydict(
+        {
+            "elapsed": pyarrow.array((walk["t"] * 1e6).round().astype("int64"), pyarrow.duration("us")),
+            "linear_acceleration": [dict(zip("xyz", a)) for a in walk[AXES[:3]].to_numpy()],
+            "angular_velocity": [dict(zip("xyz", w)) for w in walk[AXES[3:]].to_numpy()],
+            "force": walk["force"],
+            "validity": pyarrow.array(["valid"] * len(walk)).dictionary_encode(),
+        }
+    )
+    write(by_struct, folder / "structs.parquet")
+
+
+def others(folder, walk):
+    few = walk.head(20)
+    numpy.save(folder / "numpy.npy", few.to_numpy())
+    numpy.savez(folder / "numpy_archive.npz", walk=few.to_numpy())
+    pyarrow.feather.write_feather(few, folder / "arrow_ipc.feather")
+    (folder / "pickle.pkl").write_bytes(pickle.dumps(few))
+    (folder / "json.json").write_text(json.dumps(few.to_dict()))
+    few.to_json(folder / "json_records.json", orient="records")
+    with zipfile.ZipFile(folder / "zip.zip", "w") as archive:
+        archive.writestr("walk.csv", few.to_csv())
+    few.to_csv(folder / "walk.csv")
+    with tarfile.open(folder / "tar.tar.gz", "w:gz") as archive:
+        archive.add(folder / "walk.csv")
+    (folder / "walk.csv").unlink()
+    with sqlite3.connect(folder / "sqlite.db") as database:
+        few.to_sql("walk", database)
+    database.close()
+
+
+def main():
+    walk = pandas.read_csv(sys.argv[1], usecols=["t", *AXES, "force"])
+    folder = Path(sys.argv[2])
+    for name in ("same", "feet", "other"):
+        (folder / name).mkdir(parents=True)
+    bags(folder / "same", walk, {"": False})
+    parquets(folder / "same", walk)
+    bags(folder / "feet", walk.head(2000), {"/fl": False, "/fr": True})
+    others(folder / "other", walk)
+
+
+main()

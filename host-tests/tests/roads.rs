@@ -1,0 +1,267 @@
+//! The same walk gives the same probabilities by every road: as our table, in bags of ROS 2 and in
+//! Parquet, written by the libraries of others.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+
+use clap::Parser;
+use estimator_core::{ContactEstimate, Params};
+use footfall::commands::Arguments;
+use gait::plan::DEMO_SEED;
+use gait::{Plan, SensorParams, simulate};
+use host_tests::committed::assert_block;
+use host_tests::requirements::unmet;
+use recordings::input::{BagOptions, Foreign, Format, Hints, Opened, Topics};
+use recordings::output::write_recording;
+use recordings::recording::RecordedSample;
+use recordings::replay::Replay;
+use tempfile::TempDir;
+
+#[path = "../../wire/tests/python/environment.rs"]
+mod environment;
+#[path = "python/packages.rs"]
+mod packages;
+
+const REQUIREMENTS: &str = include_str!("python/roads.txt");
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/roads.py");
+
+/// Rows of the walk: five seconds with steps on firm ground.
+const ROWS: usize = 5000;
+
+/// As many of them are in the bags of two feet.
+const ROWS_OF_FEET: usize = 2000;
+
+/// The files of the script and `walk.csv` beside them; what stands in the way is said in one line.
+static ROADS: LazyLock<Result<TempDir, String>> = LazyLock::new(|| {
+    let packages = packages::install("python-roads", REQUIREMENTS)?;
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let simulation = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
+    let walk = folder.path().join("walk.csv");
+    let mut table = Vec::new();
+    write_recording(&simulation.recording.samples[..ROWS], &mut table).expect("a table");
+    fs::write(&walk, table).expect("a file");
+    let output = Command::new(packages.interpreter)
+        .arg(SCRIPT)
+        .arg(&walk)
+        .arg(folder.path())
+        .env("PYTHONPATH", packages.folder)
+        .output()
+        .map_err(|error| error.to_string())?;
+    // From here on a failure is no lack of packages.
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    Ok(folder)
+});
+
+/// The folder with the files, or `None` where they cannot be made.
+fn roads() -> Option<&'static Path> {
+    match &*ROADS {
+        Ok(folder) => Some(folder.path()),
+        Err(missing) => {
+            unmet(missing);
+            None
+        }
+    }
+}
+
+/// Files and folders, by name.
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    paths.sort();
+    paths
+}
+
+fn hints(topics: &[&str], loads: &[&str]) -> Hints {
+    let topics: Vec<String> = topics.iter().map(|topic| (*topic).to_owned()).collect();
+    Hints {
+        bag: BagOptions {
+            topics: Topics::from_names(&topics),
+            loads: loads
+                .iter()
+                .map(|load| load.parse().expect("a load"))
+                .collect(),
+        },
+        ..Hints::default()
+    }
+}
+
+/// A foot: its name, its samples, and what is estimated from them.
+struct Foot {
+    name: Option<String>,
+    samples: Vec<RecordedSample>,
+    estimates: Vec<ContactEstimate>,
+}
+
+fn read(path: &Path, hints: &Hints) -> Vec<Foot> {
+    let named = path.display();
+    let opened = Opened::new(path, None).unwrap_or_else(|error| panic!("{error}"));
+    let feet = opened
+        .store_all(hints)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let foot = |mut stored: recordings::input::Stored| {
+        let rate = stored.about.sample_rate;
+        let mut replay = Replay::new(rate, stored.about.gravity, &Params::DEFAULT).expect("valid");
+        let samples: Vec<_> = stored
+            .samples()
+            .unwrap_or_else(|error| panic!("{named}: {error}"))
+            .map(|sample| sample.expect("a sample"))
+            .collect();
+        Foot {
+            name: stored.about.foot.clone(),
+            estimates: samples.iter().map(|sample| replay.update(sample)).collect(),
+            samples,
+        }
+    };
+    feet.into_iter().map(foot).collect()
+}
+
+/// Makes sure that a foot is that of the table but for labels, which bags do not have.
+fn assert_same(foot: &Foot, expected: &Foot, path: &Path) {
+    let named = path.display();
+    assert_eq!(foot.samples.len(), expected.samples.len(), "{named}");
+    for (found, expected) in foot.samples.iter().zip(&expected.samples) {
+        assert_eq!(found.imu, expected.imu, "{named}");
+        assert_eq!(found.load, expected.load, "{named}");
+    }
+    assert!(foot.estimates == expected.estimates, "{named}");
+}
+
+#[test]
+fn the_same_walk_gives_the_same_probabilities_by_every_road() {
+    let Some(folder) = roads() else { return };
+    let table = read(&folder.join("walk.csv"), &Hints::default());
+    let [expected] = &table[..] else {
+        panic!("one foot");
+    };
+    assert_eq!(expected.samples.len(), ROWS);
+    let ps = expected
+        .estimates
+        .iter()
+        .map(|estimate| estimate.probabilities.stable);
+    assert!(ps.clone().any(|p| p > 0.9) && ps.clone().any(|p| p < 0.1));
+    let mut roads = [0; 3];
+    for path in entries(&folder.join("same")) {
+        let format = Opened::new(&path, None)
+            .expect("a file that is known")
+            .format();
+        let (kind, hints) = match format {
+            Format::Parquet => (0, Hints::default()),
+            Format::Mcap => (1, hints(&[], &["/ft"])),
+            _ => (2, hints(&[], &["/ft:force.z"])),
+        };
+        roads[kind] += 1;
+        let feet = read(&path, &hints);
+        assert_eq!(feet.len(), 1, "{}", path.display());
+        assert_same(&feet[0], expected, &path);
+    }
+    assert_eq!(roads, [11, 5, 15], "Parquet, MCAP, rosbag2");
+}
+
+#[test]
+fn two_feet_of_a_bag_are_those_of_the_table_and_its_mirror() {
+    let Some(folder) = roads() else { return };
+    let table = read(&folder.join("walk.csv"), &Hints::default());
+    let mut left = table.into_iter().next().expect("a foot");
+    left.samples.truncate(ROWS_OF_FEET);
+    left.estimates.truncate(ROWS_OF_FEET);
+    for path in entries(&folder.join("feet")) {
+        let feet = read(&path, &hints(&["all"], &["/ft/fl", "/ft/fr"]));
+        let names: Vec<_> = feet
+            .iter()
+            .filter_map(|foot| foot.name.as_deref())
+            .collect();
+        assert_eq!(names, ["fl", "fr"], "{}", path.display());
+        assert_same(&feet[0], &left, &path);
+        for (right, left) in feet[1].samples.iter().zip(&left.samples) {
+            let [right, left] = [right, left].map(|sample| sample.imu.specific_force.0);
+            assert_eq!((right.x, right.y, right.z), (-left.x, -left.y, left.z));
+        }
+        let only = read(&path, &hints(&["/imu/fr"], &[]));
+        assert_eq!(only[0].samples.len(), feet[1].samples.len());
+        let said = Opened::new(&path, None)
+            .and_then(|opened| opened.store_all(&Hints::default()))
+            .err()
+            .expect("several feet")
+            .to_string();
+        assert!(
+            said.contains("choose with --topic, or --topic all"),
+            "{said}"
+        );
+        assert!(
+            said.contains(&format!("/imu/fl ({ROWS_OF_FEET} messages")),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn the_command_takes_topics_and_loads() {
+    let Some(folder) = roads() else { return };
+    let bag = folder.join("feet/ros2_zstd.mcap");
+    let output = folder.join("command.csv");
+    let replayed = |arguments: &[&str]| {
+        let command = ["footfall", "replay"]
+            .into_iter()
+            .chain(arguments.iter().copied());
+        let paths = [bag.as_os_str(), "--output".as_ref(), output.as_os_str()];
+        let all = command.map(std::ffi::OsStr::new).chain(paths);
+        Arguments::try_parse_from(all).expect("arguments").run()
+    };
+    let several = replayed(&[]).expect_err("two feet").to_string();
+    assert!(several.contains("choose with --topic"), "{several}");
+    replayed(&["--topic", "/imu/fl", "--load-topic", "/ft/fl:force.z"]).expect("one foot");
+    let table = fs::read_to_string(&output).expect("a table");
+    assert_eq!(table.lines().count(), ROWS_OF_FEET + 1);
+    assert!(
+        table
+            .lines()
+            .nth(1)
+            .is_some_and(|row| row.starts_with("1700000000.123485,"))
+    );
+    assert!(table.contains(",stance,"), "the load is there");
+}
+
+#[test]
+fn files_of_other_kinds_are_called_by_their_names() {
+    let Some(folder) = roads() else { return };
+    let kinds = [
+        ("arrow_ipc.feather", Foreign::ArrowIpc),
+        ("json.json", Foreign::Json),
+        ("json_records.json", Foreign::Json),
+        ("numpy.npy", Foreign::Numpy),
+        ("numpy_archive.npz", Foreign::NumpyArchive),
+        ("pickle.pkl", Foreign::Pickle),
+        ("sqlite.db", Foreign::Sqlite),
+        ("tar.tar.gz", Foreign::Tar),
+        ("zip.zip", Foreign::Zip),
+    ];
+    let paths = entries(&folder.join("other"));
+    assert_eq!(paths.len(), kinds.len());
+    for (path, (name, kind)) in paths.iter().zip(kinds) {
+        assert!(path.ends_with(name), "{}", path.display());
+        let opened = Opened::new(path, None).and_then(|opened| opened.store(&Hints::default()));
+        assert_eq!(
+            opened.err().expect("no recording").to_string(),
+            format!("{} is {kind}; {}", path.display(), kind.advice())
+        );
+    }
+}
+
+#[test]
+fn the_document_lists_the_other_kinds() {
+    let mut table = "| it is | do this |\n|---|---|\n".to_owned();
+    for kind in Foreign::ALL {
+        let name = kind
+            .name()
+            .split_once(' ')
+            .map_or(kind.name(), |(_, name)| name);
+        let advice = kind.advice().replace('|', "\\|");
+        table += &format!("| {name} | {advice} |\n");
+    }
+    assert_block("docs/formats.md", "other kinds", &table);
+}

@@ -1,0 +1,308 @@
+//! Tables of estimates in Parquet: the columns of [`HEADER`], with their types.
+//!
+//! | columns | type |
+//! |---|---|
+//! | `foot`, in a table of several | text, dictionary |
+//! | `t` | f64, s |
+//! | the numbers | f32: the estimator's bits |
+//! | `state`, `flags` | text, dictionary |
+//! | `decision` | u8: 1 stable, 0 not |
+
+use std::io::{self, Write};
+use std::mem;
+use std::sync::Arc;
+
+use arrow_array::builder::{
+    ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
+};
+use arrow_array::types::Int32Type;
+use arrow_array::{ArrayRef, RecordBatch};
+use arrow_schema::{DataType, Field, Schema};
+use estimator_core::{ContactEstimate, Decision, Flag, Quaternion, Vec3};
+use parquet::arrow::ArrowWriter;
+use parquet::basic::{Compression, ZstdLevel};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+
+use crate::output::{FOOT, Feet, HEADER};
+
+/// As many rows are encoded at once.
+const BATCH: usize = 8192;
+
+/// As many are a row group, which stays in memory until it is complete: about ten megabytes.
+const ROW_GROUP: usize = 16 * BATCH;
+
+/// How many numbers a row has between `t` and `state`.
+const NUMBERS: usize = 19;
+
+type Texts = StringDictionaryBuilder<Int32Type>;
+
+/// A table of estimates that is being written. Its memory is that of a row group.
+pub struct ParquetEstimates<W: Write> {
+    to: W,
+    /// Writes into memory, from which the bytes are taken: a writer need not be `Send`.
+    encoder: ArrowWriter<Vec<u8>>,
+    schema: Arc<Schema>,
+    feet: Option<Texts>,
+    t: Float64Builder,
+    numbers: Vec<Float32Builder>,
+    state: Texts,
+    decision: UInt8Builder,
+    flags: Texts,
+}
+
+impl<W: Write> ParquetEstimates<W> {
+    /// A table without rows.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn new(to: W, feet: Feet) -> io::Result<Self> {
+        let schema = Arc::new(schema(&feet));
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            .set_max_row_group_row_count(Some(ROW_GROUP))
+            .build();
+        let encoder = ArrowWriter::try_new(Vec::new(), schema.clone(), Some(properties))
+            .map_err(io::Error::from)?;
+        Ok(Self {
+            to,
+            encoder,
+            schema,
+            feet: match feet {
+                Feet::One => None,
+                Feet::Several => Some(Texts::new()),
+            },
+            t: Float64Builder::new(),
+            numbers: (0..NUMBERS).map(|_| Float32Builder::new()).collect(),
+            state: Texts::new(),
+            decision: UInt8Builder::new(),
+            flags: Texts::new(),
+        })
+    }
+
+    /// Appends a row. `foot` is there where the table has several feet; `start_us` is what the
+    /// recording's clock says at timestamp 0, µs.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn add(
+        &mut self,
+        foot: Option<&str>,
+        estimate: &ContactEstimate,
+        start_us: i64,
+    ) -> io::Result<()> {
+        if let Some(feet) = &mut self.feet {
+            feet.append_value(foot.unwrap_or_default());
+        }
+        let micros = i128::from(estimate.timestamp.as_micros()) + i128::from(start_us);
+        self.t.append_value(micros as f64 / 1.0e6);
+        for (builder, number) in self.numbers.iter_mut().zip(numbers(estimate)) {
+            builder.append_value(number);
+        }
+        self.state.append_value(estimate.phase.name());
+        let is_stable = estimate.decision == Decision::Stable;
+        self.decision.append_value(u8::from(is_stable));
+        let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();
+        self.flags.append_value(flags.join("|"));
+        if self.t.len() == BATCH {
+            self.encode()?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is left and the end of the file.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.encode()?;
+        let rest = self.encoder.into_inner().map_err(io::Error::from)?;
+        self.to.write_all(&rest)?;
+        self.to.flush()?;
+        Ok(self.to)
+    }
+
+    /// Encodes the rows that wait, and writes what is complete.
+    fn encode(&mut self) -> io::Result<()> {
+        let mut columns: Vec<ArrayRef> = Vec::new();
+        if let Some(feet) = &mut self.feet {
+            columns.push(Arc::new(feet.finish()));
+        }
+        columns.push(Arc::new(self.t.finish()));
+        for builder in &mut self.numbers {
+            columns.push(Arc::new(builder.finish()));
+        }
+        columns.push(Arc::new(self.state.finish()));
+        columns.push(Arc::new(self.decision.finish()));
+        columns.push(Arc::new(self.flags.finish()));
+        let encoded = RecordBatch::try_new(self.schema.clone(), columns)
+            .map_err(ParquetError::from)
+            .and_then(|batch| self.encoder.write(&batch));
+        encoded.map_err(io::Error::from)?;
+        self.to.write_all(&mem::take(self.encoder.inner_mut()))
+    }
+}
+
+/// The numbers of a row, in the order of [`HEADER`].
+fn numbers(estimate: &ContactEstimate) -> [f32; NUMBERS] {
+    let p = estimate.probabilities;
+    let [ax, ay, az, wx, wy, wz] = p.axes.to_array();
+    let Quaternion { w, x, y, z } = estimate.orientation;
+    let Vec3 {
+        x: lax,
+        y: lay,
+        z: laz,
+    } = estimate.linear_acceleration.0;
+    let Vec3 {
+        x: bwx,
+        y: bwy,
+        z: bwz,
+    } = estimate.gyro_bias.0;
+    [
+        p.stable, p.tangential, p.vertical, ax, ay, az, wx, wy, wz, w, x, y, z, lax, lay, laz, bwx, bwy,
+        bwz,
+    ]
+}
+
+fn schema(feet: &Feet) -> Schema {
+    let foot = match feet {
+        Feet::One => None,
+        Feet::Several => Some(FOOT),
+    };
+    let text = || DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
+    let field = |name: &str| {
+        let data_type = match name {
+            FOOT | "state" | "flags" => text(),
+            "t" => DataType::Float64,
+            "decision" => DataType::UInt8,
+            _ => DataType::Float32,
+        };
+        Field::new(name, data_type, false)
+    };
+    let fields: Vec<Field> = foot.into_iter().chain(HEADER.split(',')).map(field).collect();
+    Schema::new(fields)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use arrow_array::Array;
+    use arrow_array::cast::AsArray;
+    use arrow_array::types::{Float32Type, Float64Type, UInt8Type};
+    use estimator_core::{
+        AngularRate, Flags, LinearAcceleration, PerAxis, Phase, Probabilities, Timestamp,
+    };
+    use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
+
+    use crate::output::{write_header, write_row};
+
+    /// An estimate in which no two numbers are the same.
+    fn estimate(k: usize) -> ContactEstimate {
+        let number = |place: usize| (k * NUMBERS + place) as f32 / 3.0;
+        ContactEstimate {
+            timestamp: Timestamp::from_micros(1_500_001 * k as u64),
+            probabilities: Probabilities {
+                axes: PerAxis {
+                    ax: number(0),
+                    ay: number(1),
+                    az: number(2),
+                    wx: number(3),
+                    wy: number(4),
+                    wz: number(5),
+                },
+                tangential: number(6),
+                vertical: number(7),
+                stable: number(8),
+            },
+            orientation: Quaternion {
+                w: number(9),
+                x: number(10),
+                y: number(11),
+                z: number(12),
+            },
+            linear_acceleration: LinearAcceleration(Vec3::new(number(13), number(14), number(15))),
+            gyro_bias: AngularRate(Vec3::new(number(16), number(17), number(18))),
+            decision: [Decision::Stable, Decision::NotStable][k % 2],
+            phase: [Phase::Stance, Phase::QuietSwing][k % 2],
+            flags: if k.is_multiple_of(2) {
+                Flags::NONE
+            } else {
+                Flags::NONE.with(Flag::TimeGap).with(Flag::Saturated)
+            },
+            ..ContactEstimate::default()
+        }
+    }
+
+    /// The cells of a batch as our table writes them.
+    fn text(batch: &RecordBatch) -> String {
+        let mut text = String::new();
+        for row in 0..batch.num_rows() {
+            let cell = |column: &ArrayRef| match column.data_type() {
+                DataType::Float64 => format!("{:.6}", column.as_primitive::<Float64Type>().value(row)),
+                DataType::Float32 => column.as_primitive::<Float32Type>().value(row).to_string(),
+                DataType::UInt8 => column.as_primitive::<UInt8Type>().value(row).to_string(),
+                _ => {
+                    let words = column.as_dictionary::<Int32Type>();
+                    let key = words.key(row).expect("a word");
+                    words.values().as_string::<i32>().value(key).to_owned()
+                }
+            };
+            let cells: Vec<String> = batch.columns().iter().map(cell).collect();
+            text += &(cells.join(",") + "\n");
+        }
+        text
+    }
+
+    #[test]
+    fn the_table_is_that_of_the_csv_over_all_batches() {
+        for (feet, foot) in [(Feet::One, None), (Feet::Several, Some("fl"))] {
+            let mut csv = Vec::new();
+            write_header(feet, &mut csv).unwrap();
+            let mut table = ParquetEstimates::new(Vec::new(), feet).unwrap();
+            let rows = ROW_GROUP + BATCH / 2;
+            for k in 0..rows {
+                write_row(foot, &estimate(k), -2_000_000, &mut csv).unwrap();
+                table.add(foot, &estimate(k), -2_000_000).unwrap();
+            }
+            let bytes = bytes::Bytes::from(table.finish().unwrap());
+            let batches = ParquetRecordBatchReader::try_new(bytes, BATCH).unwrap();
+            let mut read = String::new();
+            for batch in batches {
+                let batch = batch.unwrap();
+                if read.is_empty() {
+                    let schema = batch.schema();
+                    let names: Vec<_> = schema.fields().iter().map(|f| f.name().as_str()).collect();
+                    read = names.join(",") + "\n";
+                }
+                read += &text(&batch);
+            }
+            assert!(read.as_bytes() == csv);
+        }
+    }
+
+    #[test]
+    fn a_table_without_rows_has_its_columns() {
+        let table = ParquetEstimates::new(Vec::new(), Feet::One).unwrap();
+        let bytes = bytes::Bytes::from(table.finish().unwrap());
+        let reader = ParquetRecordBatchReader::try_new(bytes, BATCH).unwrap();
+        use arrow_array::RecordBatchReader;
+        assert_eq!(reader.schema().fields().len(), HEADER.split(',').count());
+    }
+
+    #[test]
+    fn what_the_writer_reports_is_reported() {
+        struct Full;
+        impl Write for Full {
+            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+                Err(io::Error::from(io::ErrorKind::StorageFull))
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let mut table = ParquetEstimates::new(Full, Feet::One).unwrap();
+        table.add(None, &estimate(1), 0).unwrap();
+        let error = table.finish().err().unwrap();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+    }
+}
