@@ -7,14 +7,15 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use clap::Parser;
-use estimator_core::{ContactEstimate, Params};
+use estimator_core::{ContactEstimate, Params, Validity};
 use footfall::commands::Arguments;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
 use host_tests::requirements::unmet;
 use recordings::input::{BagOptions, Foreign, Format, Hints, Opened, Topics};
-use recordings::output::write_recording;
+use recordings::output::{Feet, write_header, write_recording, write_row};
+use recordings::parquet_output::ParquetEstimates;
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
 use tempfile::TempDir;
@@ -26,6 +27,11 @@ mod packages;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/roads.py");
+
+const ESTIMATES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/estimates.py");
+
+/// A clock's time at the first sample, µs.
+const START_US: i64 = 1_700_000_000_123_456;
 
 /// Rows of the walk: five seconds with steps on firm ground.
 const ROWS: usize = 5000;
@@ -40,7 +46,12 @@ static ROADS: LazyLock<Result<TempDir, String>> = LazyLock::new(|| {
     let simulation = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
     let walk = folder.path().join("walk.csv");
     let mut table = Vec::new();
-    write_recording(&simulation.recording.samples[..ROWS], &mut table).expect("a table");
+    let mut samples = simulation.recording.samples[..ROWS].to_vec();
+    for sample in &mut samples {
+        // No message says what the sensor knew about its samples.
+        sample.imu.validity = Validity::Valid;
+    }
+    write_recording(&samples, &mut table).expect("a table");
     fs::write(&walk, table).expect("a file");
     let output = Command::new(packages.interpreter)
         .arg(SCRIPT)
@@ -224,6 +235,38 @@ fn the_command_takes_topics_and_loads() {
             .is_some_and(|row| row.starts_with("1700000000.123485,"))
     );
     assert!(table.contains(",stance,"), "the load is there");
+}
+
+#[test]
+fn estimates_in_parquet_are_those_of_the_table_to_pandas() {
+    let Some(folder) = roads() else { return };
+    let feet = read(&folder.join("walk.csv"), &Hints::default());
+    let (csv, parquet) = (
+        folder.join("estimates.csv"),
+        folder.join("estimates.parquet"),
+    );
+    let mut table = Vec::new();
+    write_header(Feet::Several, &mut table).expect("a table");
+    let mut columns = ParquetEstimates::new(Vec::new(), Feet::Several).expect("a table");
+    for foot in ["fl", "fr"] {
+        for estimate in &feet[0].estimates {
+            write_row(Some(foot), estimate, START_US, &mut table).expect("a row");
+            columns.add(Some(foot), estimate, START_US).expect("a row");
+        }
+    }
+    fs::write(&csv, table).expect("a file");
+    fs::write(&parquet, columns.finish().expect("a table")).expect("a file");
+    let packages = packages::install("python-roads", REQUIREMENTS).expect("they are there");
+    let output = Command::new(packages.interpreter)
+        .arg(ESTIMATES)
+        .args([csv, parquet])
+        .env("PYTHONPATH", packages.folder)
+        .output()
+        .expect("Python");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    let rows = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(rows.trim(), (2 * ROWS).to_string());
 }
 
 #[test]

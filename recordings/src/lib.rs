@@ -8,13 +8,15 @@
 //! | samples in a temporary file, steps of a clock | [`spool`], `steps` |
 //! | what cannot be right about it | [`plausible`] |
 //! | the estimator runs over it | [`replay`] |
-//! | samples and estimates become a table | [`output`] |
+//! | samples and estimates become a table | [`output`], `parquet_output` |
 //! | the names of validities in both kinds of files | [`validity`] |
 //! | numbers in messages | [`number`] |
 
 pub mod input;
 pub mod number;
 pub mod output;
+#[cfg(feature = "containers")]
+pub mod parquet_output;
 pub mod plausible;
 pub mod recording;
 pub mod replay;

@@ -159,7 +159,24 @@ fn numbers(estimate: &ContactEstimate) -> [f32; NUMBERS] {
         z: bwz,
     } = estimate.gyro_bias.0;
     [
-        p.stable, p.tangential, p.vertical, ax, ay, az, wx, wy, wz, w, x, y, z, lax, lay, laz, bwx, bwy,
+        p.stable,
+        p.tangential,
+        p.vertical,
+        ax,
+        ay,
+        az,
+        wx,
+        wy,
+        wz,
+        w,
+        x,
+        y,
+        z,
+        lax,
+        lay,
+        laz,
+        bwx,
+        bwy,
         bwz,
     ]
 }
@@ -179,7 +196,11 @@ fn schema(feet: &Feet) -> Schema {
         };
         Field::new(name, data_type, false)
     };
-    let fields: Vec<Field> = foot.into_iter().chain(HEADER.split(',')).map(field).collect();
+    let fields: Vec<Field> = foot
+        .into_iter()
+        .chain(HEADER.split(','))
+        .map(field)
+        .collect();
     Schema::new(fields)
 }
 
@@ -238,7 +259,9 @@ mod tests {
         let mut text = String::new();
         for row in 0..batch.num_rows() {
             let cell = |column: &ArrayRef| match column.data_type() {
-                DataType::Float64 => format!("{:.6}", column.as_primitive::<Float64Type>().value(row)),
+                DataType::Float64 => {
+                    format!("{:.6}", column.as_primitive::<Float64Type>().value(row))
+                }
                 DataType::Float32 => column.as_primitive::<Float32Type>().value(row).to_string(),
                 DataType::UInt8 => column.as_primitive::<UInt8Type>().value(row).to_string(),
                 _ => {

@@ -62,6 +62,7 @@ pub(super) fn read(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::Opened;
     use crate::input::error::Place;
     use crate::input::loaded::Loaded;
     use crate::input::options::Times;
@@ -124,6 +125,37 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn names_that_say_nothing_are_answered_with_how_a_mapping_is_written() {
+        let missing = ": missing in the header: ax, ay, az, wx, wy, wz; --map says which columns \
+                       stand for them, such as --map ";
+        for (header, mapping) in [
+            ("a,b,c,d,e,f,g,h", "t=a,ax=b,ay=c,az=d,wx=e,wy=f,wz=g"),
+            ("a,b,c,d,e,f", "ax=a,ay=b,az=c,wx=d,wy=e,wz=f"),
+            ("when,u,v,w,p,q,r", "t=when,ax=u,ay=v,az=w,wx=p,wy=q,wz=r"),
+        ] {
+            let error = read_text(format!("{header}\n"), &Hints::default()).unwrap_err();
+            let said = error.to_string();
+            assert!(said.ends_with(&format!("{missing}{mapping}")), "{said}");
+        }
+        let few = read_text("a,b,c,d,e\n", &Hints::default()).unwrap_err();
+        assert!(few.to_string().ends_with("wx, wy, wz"), "{few}");
+    }
+
+    #[test]
+    fn a_table_of_no_known_format_is_answered_with_a_mapping_too() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(b"a,b,c,d,e,f,1,2\n").unwrap();
+        let said = Opened::new(file.path(), None).err().unwrap().to_string();
+        assert!(
+            said.ends_with(
+                "--format pce-atlas, pce-go1, lcd or csv; --map says which columns stand for them, \
+                 such as --map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
+            ),
+            "{said}"
+        );
     }
 
     #[test]

@@ -91,6 +91,7 @@ impl Columns {
     }
 
     /// The indices of all columns that are read.
+    #[cfg(feature = "containers")]
     pub(super) fn used(&self) -> Vec<usize> {
         let others = [
             self.t,

@@ -20,6 +20,13 @@ pub(super) enum Source {
 }
 
 /// A file that is read from the disk, or several that are one.
+#[cfg_attr(
+    not(feature = "containers"),
+    allow(
+        dead_code,
+        reason = "without readers nothing asks where a container is"
+    )
+)]
 pub(super) struct Container {
     pub(super) format: Format,
     /// The file or folder, as it was named.
@@ -31,6 +38,13 @@ pub(super) struct Container {
 }
 
 /// A file of a container.
+#[cfg_attr(
+    not(feature = "containers"),
+    allow(
+        dead_code,
+        reason = "without readers nothing asks where a container is"
+    )
+)]
 pub(super) struct Part {
     pub(super) format: Format,
     pub(super) path: PathBuf,
@@ -40,6 +54,7 @@ pub(super) struct Part {
     _copy: Option<TempPath>,
 }
 
+#[cfg(feature = "containers")]
 impl Part {
     /// Its bytes from the beginning.
     pub(super) fn bytes(&mut self) -> io::Result<Box<dyn Read>> {

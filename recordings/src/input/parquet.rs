@@ -10,8 +10,6 @@
 
 mod column;
 mod guarded;
-#[cfg(test)]
-mod tests;
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -264,3 +262,6 @@ impl Cells for BatchRow<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -180,6 +180,7 @@ pub(super) struct Row {
 
 impl Row {
     /// The names of columns of a file that has no lines.
+    #[cfg(feature = "containers")]
     pub(super) fn of_names(file: &str, names: &[String]) -> Self {
         Self {
             file: file.to_owned(),

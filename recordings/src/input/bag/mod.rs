@@ -19,8 +19,6 @@ mod mcap;
 mod messages;
 mod rosbag2;
 mod storage;
-#[cfg(test)]
-mod tests;
 
 use std::collections::BTreeSet;
 
@@ -340,3 +338,6 @@ fn described(channel: &Channel) -> String {
         (message, encoding) => format!("{topic} ({message} in {encoding})"),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -749,6 +749,22 @@ fn a_bag_that_is_compressed_as_a_whole_is_read() {
     assert_eq!(feet[0].about.samples, 200);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_bag_that_comes_through_a_pipe_is_read() {
+    use std::os::fd::AsRawFd;
+    for kind in KINDS {
+        let bytes = written(kind, &one_foot(Order::Little), &[]);
+        let (from, mut to) = std::io::pipe().unwrap();
+        let writer = std::thread::spawn(move || to.write_all(&bytes));
+        let path = format!("/proc/self/fd/{}", from.as_raw_fd());
+        let opened = Opened::new(Path::new(&path), None).unwrap();
+        writer.join().unwrap().unwrap();
+        let feet = opened.store_all(&Hints::default()).unwrap();
+        assert_eq!(feet[0].about.samples, 200, "{kind:?}");
+    }
+}
+
 #[test]
 fn options_of_tables_and_formats_of_others_are_refused() {
     let bytes = written(Kind::Records, &one_foot(Order::Little), &[]);
