@@ -17,6 +17,8 @@ mod axes;
 mod decimate;
 pub mod distribution;
 pub mod histogram;
+pub mod page;
+pub mod png;
 pub mod reliability;
 mod series;
 

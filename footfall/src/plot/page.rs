@@ -12,6 +12,7 @@ use std::ops::Range;
 
 use estimator_core::{ContactEstimate, Decision, Phase};
 use recordings::events::{Event, Kind};
+use recordings::input::About;
 use recordings::output::decision_name;
 use recordings::recording::{Label, RecordedSample};
 
@@ -54,25 +55,18 @@ pub struct PageFoot {
 }
 
 impl PageFoot {
-    /// Of a recording at `sample_rate` in Hz that lasts from `span.start` to `span.end`, s, and whose
-    /// clock says `start_us` at timestamp 0, µs.
+    /// Of a recording, from `span.start` to `span.end`, s since its first sample.
     #[must_use]
-    pub fn new(
-        name: &str,
-        start_us: i64,
-        load_title: &str,
-        sample_rate: f32,
-        span: Range<f64>,
-    ) -> Self {
+    pub fn new(name: &str, about: &About, span: Range<f64>) -> Self {
         let width = Width {
             span: span.clone(),
             columns: COLUMNS,
         };
         Self {
             name: name.to_owned(),
-            start_us,
-            load_title: load_title.to_owned(),
-            sample_rate,
+            start_us: about.start_us,
+            load_title: about.load_title.clone(),
+            sample_rate: about.sample_rate,
             span,
             samples: 0,
             collector: Collector::new(width.clone(), 1),
