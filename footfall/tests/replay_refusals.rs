@@ -392,8 +392,14 @@ fn what_cannot_be_written_is_found_before_anything_is() {
     for (picture, why) in [
         ("no/x.svg", "there is no directory no"),
         ("walks.svg", "it is a directory"),
-        ("x.jpg", "pictures are SVG, PNG or pages, so the name must end in .svg or .png or .html"),
-        ("x", "pictures are SVG, PNG or pages, so the name must end in .svg or .png or .html"),
+        (
+            "x.jpg",
+            "pictures are SVG, PNG or pages, so the name must end in .svg or .png or .html",
+        ),
+        (
+            "x",
+            "pictures are SVG, PNG or pages, so the name must end in .svg or .png or .html",
+        ),
     ] {
         assert_eq!(
             bench.error(&format!("replay x.csv --output ok.csv --plot {picture}")),

@@ -105,7 +105,6 @@
     chart.ctx.restore();
   };
   const shade = (foot) => (chart) => clipped(chart, (left, top, width, height) => {
-    foot.shaded = 0;
     for (const state of Object.keys(STATES)) {
       const count = blocks(chart, foot.byState[state], colours[state], top, height);
       chart.root.dataset["shaded_" + state] = count;
@@ -113,8 +112,8 @@
   });
 
   const xAxis = (group, shown) => ({
-    show: true, stroke: () => colours.text, font: FONT, size: shown ? 44 : 8,
-    label: shown ? group.title : undefined, labelSize: 18, labelGap: 0, labelFont: FONT, gap: 3,
+    show: true, stroke: () => colours.text, font: FONT, size: shown ? 24 : 8,
+    label: shown ? group.title : undefined, labelSize: 20, labelGap: 0, labelFont: FONT, gap: 3,
     values: shown ? (chart, splits) => splits.map((value) => String(+value.toFixed(6))) : () => [],
     grid: { stroke: () => colours.grid, width: 1 }, ticks: { show: shown, stroke: () => colours.grid, size: 4 },
   });
@@ -158,7 +157,7 @@
     const isLoad = line.kind === "load";
     const padding = isLoad ? 0.06 * (line.high - line.low) || 1 : 0.04;
     const range = [line.low - padding, line.high + padding];
-    const settings = options(foot, group, isLoad ? 116 : 100, false, {});
+    const settings = options(foot, group, isLoad ? 124 : 112, false, {});
     settings.axes = [xAxis(group, false), yAxis(line.name, isLoad ? {} : { splits: () => [0, 0.5, 1] })];
     settings.scales.y.range = range;
     settings.series = [{}, { stroke: () => colours[line.kind], width: 1.5, spanGaps: false, points: { size: 4 } }];
@@ -282,7 +281,8 @@
     entry("decision", "decision: stable");
     if (page.feet.some((foot) => foot.labels)) entry("label", "label: stable");
     entry("slide", "event: slip");
-    make("span", parent, "▼ touch-down  ▲ lift-off");
+    make("span", parent, "▼ touch-down");
+    make("span", parent, "▲ lift-off");
   };
 
   const fit = () => {
@@ -309,7 +309,7 @@
     section.dataset.foot = foot.name;
     section.dataset.samples = foot.samples;
     const head = make("div", section, undefined, "head");
-    make("h2", head, foot.name);
+    if (foot.name !== page.title) make("h2", head, foot.name);
     make("span", head, describe(foot), "faint");
     foot.readout = make("div", section, undefined, "readout faint");
     for (const line of foot.lines) linePanel(foot, group, line, section);
