@@ -320,7 +320,7 @@ setTimeout(() => {
   const over = document.querySelector('.u-over');
   const box = over.getBoundingClientRect();
   const send = (target, type, share) => target.dispatchEvent(new MouseEvent(type, {
-    bubbles: true, view: window, button: 0, clientX: box.left + share * box.width, clientY: box.top + 20,
+    bubbles: true, view: window, button: 0, clientX: box.left + share * box.width, clientY: box.top + 20, movementX: 1,
   }));
   send(over, 'mousemove', 0.25);
   send(over, 'mousedown', 0.25);

@@ -11,26 +11,33 @@
 //! | it slid | a slip start | a slip end |
 //! | none of these: it sank or rocked | no event | no event |
 //!
-//! A foot has left the ground where its load is below the threshold ([`Phase::Swing`](estimator_core::Phase::Swing),
-//! [`Phase::QuietSwing`](estimator_core::Phase::QuietSwing)); without a load, where the probability that it neither lifts nor tilts has fallen
+//! A foot has left the ground where its load is below the threshold ([`Phase::Swing`],
+//! [`Phase::QuietSwing`]); without a load, where the probability that it neither lifts nor tilts has fallen
 //! below [`LIFTED_BELOW`]. It slides where the probability that it does not move along the ground has fallen
-//! below [`SLIDES_BELOW`], and before it tilts. In simulated walks, trots and runs the former
-//! falls to at most 0.03 in every swing, and stays above 0.25 in slips; the latter stays above 0.9 in soft
-//! ground that gives way.
+//! below [`SLIDES_BELOW`], and before it tilts. In simulated walks, trots and runs the former falls to at most
+//! 0.03 in every swing, and stays above 0.25 in slips; the latter stays above 0.9 in soft ground that gives
+//! way.
 //!
-//! A slip begins from stable contact. So a landing, which counts as [`Phase::Slip`](estimator_core::Phase::Slip) until the foot is still, is
+//! A slip begins from stable contact. So a landing, which counts as [`Phase::Slip`] until the foot is still, is
 //! no slip; and of a foot that slides from its landing on until it is lifted there is no event at all, not
 //! even its touch-down: it never stood. A foot that stands when its recording begins has not touched down.
+//! A foot that sticks and slips may have several events in one slide.
 //!
-//! The distance of a slip is along the ground, from the last sample that was stable. The acceleration without
+//! The distance of a slip is along the ground, from the last sample that was stable: the acceleration without
 //! gravity, turned into the world, is summed up twice. Where the foot stands again afterwards, the speed that
 //! is left there is an error, and is taken out as if it had grown evenly: so a constant error of the
-//! acceleration, as of a bias or of a wrong inclination, does not matter. What is left is what changes during
-//! the slip, and what the foot moved before the decision saw it, which is a millimetre or two: over the slips of
-//! `host-tests/tests/events.rs`, from 1 mm to 100 mm and shorter than 0.3 s, the middle error is DISTANCE. Of
-//! a slip that ends in a lift-off, the speed at its end is not known: there an acceleration that is wrong by
-//! 0.05 m/s², as of 0.3° of inclination, makes 2 mm in 0.3 s and 25 mm in a second. A slide at steady speed has
-//! no acceleration, and its end may be seen before it is there.
+//! acceleration, as of a bias or of a wrong inclination, does not matter there. What is left is what changes
+//! during the slip, and what the foot moved before the decision turned. Over a thousand simulated slips of up to
+//! 58 mm and 0.3 s the distance is wrong by 0.1 mm in the middle, by less than 1.2 mm in nine of ten and by less
+//! than 5 mm in all (`host-tests/tests/events.rs`); the simulated sensor has noise, bias and temperature, but no
+//! robot shakes it. Of a slip that ends in a lift-off, the speed at its end is not known: there an acceleration
+//! that is wrong by 0.05 m/s², as by 0.3° of inclination, makes 2 mm in 0.3 s and 25 mm in a second. A slide at
+//! steady speed has no acceleration: its end may be seen long before it is there, and its distance is then too
+//! short.
+//!
+//! [`Phase::Swing`]: estimator_core::Phase::Swing
+//! [`Phase::QuietSwing`]: estimator_core::Phase::QuietSwing
+//! [`Phase::Slip`]: estimator_core::Phase::Slip
 
 mod reckoning;
 mod unstable;
