@@ -50,7 +50,7 @@ fn foot(name: &str, start_us: i64, samples: u64) -> PageFoot {
     foot
 }
 
-fn page(feet: Vec<PageFoot>) -> String {
+fn written(feet: Vec<PageFoot>) -> String {
     let mut bytes = Vec::new();
     write(feet, &mut bytes).unwrap();
     String::from_utf8(bytes).unwrap()
@@ -69,8 +69,8 @@ fn no_name_ends_the_script_or_begins_a_tag() {
         "<!--<script>",
         "a & b > \"c\" \\ \u{2028}",
     ];
-    let page = page(names.map(|name| foot(name, 0, 10)).into());
-    let empty = super::tests::page(vec![foot("a", 0, 10)]);
+    let page = written(names.map(|name| foot(name, 0, 10)).into());
+    let empty = written(vec![foot("a", 0, 10)]);
     for tag in ["<script", "</script", "<!--", "<title", "</title"] {
         assert_eq!(
             page.matches(tag).count(),
@@ -90,7 +90,7 @@ fn no_name_ends_the_script_or_begins_a_tag() {
 
 #[test]
 fn nothing_in_a_page_is_fetched_from_anywhere() {
-    let page = page(vec![foot("a", 0, 10)]);
+    let page = written(vec![foot("a", 0, 10)]);
     assert!(page.contains("default-src 'none'"));
     for fetch in [
         " src=",
@@ -113,7 +113,7 @@ fn nothing_in_a_page_is_fetched_from_anywhere() {
 
 #[test]
 fn a_page_stays_below_four_megabytes_a_foot_however_long_and_busy_the_recording_is() {
-    let page = page(vec![foot("busy", 0, 400_000)]);
+    let page = written(vec![foot("busy", 0, 400_000)]);
     assert!(page.len() < 4_000_000, "{} bytes", page.len());
     let line = &data_of(&page)["feet"][0]["lines"][3];
     let points = line["v"].as_array().unwrap();
@@ -127,7 +127,7 @@ fn a_page_stays_below_four_megabytes_a_foot_however_long_and_busy_the_recording_
 
 #[test]
 fn a_line_has_the_recordings_values_at_their_times_and_a_gap_where_there_are_none() {
-    let data = data_of(&page(vec![foot("a", 0, 200)]));
+    let data = data_of(&written(vec![foot("a", 0, 200)]));
     let load = &data["feet"][0]["lines"][0];
     let number = |value: &serde_json::Value| value.as_f64().unwrap();
     let (low, high) = (number(&load["low"]), number(&load["high"]));
@@ -158,7 +158,7 @@ fn a_line_has_the_recordings_values_at_their_times_and_a_gap_where_there_are_non
 fn feet_share_an_axis_where_their_times_overlap() {
     let day = 86_400_000_000;
     let feet = [("a", day), ("b", 5), ("c", day + 50_000), ("d", 120_000)];
-    let data = data_of(&page(
+    let data = data_of(&written(
         feet.map(|(name, start)| foot(name, start, 100)).into(),
     ));
     let groups = [0, 1, 2, 3].map(|k| data["feet"][k]["group"].clone());
@@ -182,7 +182,7 @@ fn more_events_than_a_page_holds_are_counted() {
             distance_m: None,
         });
     }
-    let foot = &data_of(&page(vec![busy]))["feet"][0];
+    let foot = &data_of(&written(vec![busy]))["feet"][0];
     assert_eq!(foot["left_out"], 7);
     assert_eq!(foot["events"].as_array().unwrap().len(), MOST_EVENTS);
     assert_eq!(foot["events"][1], serde_json::json!([1, 1, 1, null]));
