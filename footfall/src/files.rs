@@ -48,11 +48,11 @@ pub enum OutputError {
         file: String,
         /// What results of its kind are.
         kind: &'static str,
-        /// What its name must end in.
-        expected: &'static str,
+        /// What its name must end in; several are joined by "or".
+        expected: String,
     },
     /// Two results would go to standard output.
-    #[error("standard output takes one result: the table (-) or --json, not both")]
+    #[error("standard output takes one result: a table or picture (-), or --json")]
     StdoutTwice,
     /// Something else went wrong.
     #[error("{file} cannot be written: {source}")]

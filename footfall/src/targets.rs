@@ -12,8 +12,12 @@ use crate::files::{OutputError, STANDARD, directory_of};
 pub enum Target<'a> {
     /// A table of estimates.
     Table(&'a Path),
+    /// A table of events.
+    Events(&'a Path),
     /// A picture.
     Picture(&'a Path),
+    /// A picture of a replay, in any of the ways in [`Drawing`].
+    Drawing(&'a Path),
     /// A configuration file.
     Configuration(&'a Path),
 }
@@ -21,25 +25,60 @@ pub enum Target<'a> {
 impl<'a> Target<'a> {
     const fn path(self) -> &'a Path {
         match self {
-            Self::Table(path) | Self::Picture(path) | Self::Configuration(path) => path,
+            Self::Table(path)
+            | Self::Events(path)
+            | Self::Picture(path)
+            | Self::Drawing(path)
+            | Self::Configuration(path) => path,
         }
     }
 
     /// What it is, for people.
     const fn kind(self) -> &'static str {
         match self {
-            Self::Table(_) => "tables are CSV",
+            Self::Table(_) | Self::Events(_) => "tables are CSV",
             Self::Picture(_) => "pictures are SVG",
+            Self::Drawing(_) => "pictures are SVG, PNG or pages",
             Self::Configuration(_) => "configurations are TOML",
         }
     }
 
-    /// What its name ends in.
-    const fn extension(self) -> &'static str {
+    /// What its name ends in, one of these.
+    const fn extensions(self) -> &'static [&'static str] {
         match self {
-            Self::Table(_) => "csv",
-            Self::Picture(_) => "svg",
-            Self::Configuration(_) => "toml",
+            Self::Table(_) | Self::Events(_) => &["csv"],
+            Self::Picture(_) => &["svg"],
+            Self::Drawing(_) => &Drawing::EXTENSIONS,
+            Self::Configuration(_) => &["toml"],
+        }
+    }
+}
+
+/// How a replay is drawn; the name of the file says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drawing {
+    /// As an SVG, one of each foot.
+    Svg,
+    /// As a PNG, one of each foot.
+    Png,
+    /// As a page of all feet.
+    Page,
+}
+
+impl Drawing {
+    /// What the names of files end in.
+    const EXTENSIONS: [&'static str; 3] = ["svg", "png", "html"];
+
+    /// Of a file of this name; standard output, a pipe and the like get an SVG.
+    #[must_use]
+    pub fn of(path: &Path) -> Self {
+        let extension = path.extension().unwrap_or_default();
+        if extension.eq_ignore_ascii_case("png") {
+            Self::Png
+        } else if extension.eq_ignore_ascii_case("html") {
+            Self::Page
+        } else {
+            Self::Svg
         }
     }
 }
@@ -59,6 +98,10 @@ pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputErr
         if path != Path::new(STANDARD) {
             check_directory(path)?;
             check_extension(*target)?;
+        }
+        let is_stdout = |target: &Target<'_>| target.path() == Path::new(STANDARD);
+        if is_stdout(target) && targets[..k].iter().any(is_stdout) {
+            return Err(OutputError::StdoutTwice);
         }
         let is_same = |before: &Target<'_>| same_file(before.path(), path);
         if targets[..k].iter().any(is_same) {
@@ -121,13 +164,14 @@ fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
     // A pipe or a terminal is fine whatever its name.
     let special = path.exists() && !path.is_file();
     let extension = path.extension().unwrap_or_default();
-    if special || extension.eq_ignore_ascii_case(target.extension()) {
+    let mut known = target.extensions().iter();
+    if special || known.any(|known| extension.eq_ignore_ascii_case(known)) {
         Ok(())
     } else {
         Err(OutputError::Extension {
             file: named(path),
             kind: target.kind(),
-            expected: target.extension(),
+            expected: target.extensions().join(" or ."),
         })
     }
 }

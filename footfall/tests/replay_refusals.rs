@@ -374,7 +374,7 @@ fn two_results_never_go_into_one_file() {
     let bench = Bench::with("x.csv", standing());
     assert_eq!(
         bench.error("replay x.csv --output - --json"),
-        "footfall: standard output takes one result: the table (-) or --json, not both\n"
+        "footfall: standard output takes one result: a table or picture (-), or --json\n"
     );
     for same in ["a.svg", "./a.svg"] {
         assert_eq!(
@@ -392,8 +392,14 @@ fn what_cannot_be_written_is_found_before_anything_is() {
     for (picture, why) in [
         ("no/x.svg", "there is no directory no"),
         ("walks.svg", "it is a directory"),
-        ("x.png", "pictures are SVG, so the name must end in .svg"),
-        ("x", "pictures are SVG, so the name must end in .svg"),
+        (
+            "x.jpg",
+            "pictures are SVG, PNG or pages, so the name must end in .svg or .png or .html",
+        ),
+        (
+            "x",
+            "pictures are SVG, PNG or pages, so the name must end in .svg or .png or .html",
+        ),
     ] {
         assert_eq!(
             bench.error(&format!("replay x.csv --output ok.csv --plot {picture}")),

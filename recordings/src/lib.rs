@@ -9,9 +9,12 @@
 //! | what cannot be right about it | [`plausible`] |
 //! | the estimator runs over it | [`replay`] |
 //! | samples and estimates become a table | [`output`], `parquet_output` |
+//! | samples and estimates become a table | [`output`] |
+//! | touch-downs, lift-offs and slips among the estimates | [`events`] |
 //! | the names of validities in both kinds of files | [`validity`] |
 //! | numbers in messages | [`number`] |
 
+pub mod events;
 pub mod input;
 pub mod number;
 pub mod output;

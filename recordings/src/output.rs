@@ -77,7 +77,7 @@ pub fn write_row(
 }
 
 /// A name as a cell, in quotes where it has to be.
-fn quoted(name: &str) -> Cow<'_, str> {
+pub(crate) fn quoted(name: &str) -> Cow<'_, str> {
     if name.contains(['"', ',', '\n', '\r']) {
         Cow::Owned(format!("\"{}\"", name.replace('"', "\"\"")))
     } else {
@@ -158,7 +158,11 @@ fn write_sample(sample: &RecordedSample, to: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-fn write_time(timestamp: Timestamp, start_us: i64, to: &mut dyn Write) -> io::Result<()> {
+pub(crate) fn write_time(
+    timestamp: Timestamp,
+    start_us: i64,
+    to: &mut dyn Write,
+) -> io::Result<()> {
     let micros = i128::from(timestamp.as_micros()) + i128::from(start_us);
     let sign = if micros < 0 { "-" } else { "" };
     let size = micros.unsigned_abs();

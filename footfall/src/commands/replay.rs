@@ -6,19 +6,22 @@ use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
 use estimator_core::WindowLength;
+use recordings::events;
 use recordings::output::{Feet, write_header};
 
 use super::recording::{Configuration, RecordingArguments};
 use crate::config::{parse_seconds, parse_window};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
+use crate::plot::page;
+use crate::plot::png::png;
 use crate::progress::{self, Bars};
-use crate::replay::foot::{ReplayError, Replayed, Table, Wanted, replay};
+use crate::replay::foot::{Picture, ReplayError, Replayed, Table, Wanted, replay};
 use crate::replay::jobs;
 use crate::replay::span::Span;
 use crate::report::{SummaryStyle, print, warn};
 use crate::summary::{InputReport, Summaries};
-use crate::targets::{self, Target};
+use crate::targets::{self, Drawing, Target};
 
 /// What `footfall replay` takes.
 #[derive(Debug, Args)]
@@ -43,8 +46,13 @@ pub struct ReplayArguments {
     /// Write the estimates, one row per sample; `-` is standard output
     #[arg(long, value_name = "OUT.csv")]
     pub output: Option<PathBuf>,
-    /// Write the figure, which is an SVG; of several feet one each, with the foot in its name
-    #[arg(long, value_name = "OUT.svg")]
+    /// Write the events: touch-downs, lift-offs, and where slips begin and end, with their distance;
+    /// `-` is standard output
+    #[arg(long, value_name = "OUT.csv")]
+    pub events: Option<PathBuf>,
+    /// Draw it: as .html a page of all feet to zoom into, which needs no network; as .svg or .png a
+    /// figure, of several feet one each, with the foot in its name
+    #[arg(long, value_name = "OUT.html|svg|png")]
     pub plot: Option<PathBuf>,
     /// Print the summary as one JSON object
     #[arg(long)]
@@ -98,12 +106,21 @@ impl ReplayArguments {
     /// Checks that all results can be written, before anything is computed.
     fn check_targets(&self) -> Result<(), OutputError> {
         let table = self.output.iter().map(|path| Target::Table(path));
-        let picture = self.plot.iter().map(|path| Target::Picture(path));
-        targets::check(&self.inputs, &table.chain(picture).collect::<Vec<_>>())?;
-        if self.json && self.output.as_deref() == Some(Path::new(STANDARD)) {
+        let events = self.events.iter().map(|path| Target::Events(path));
+        let picture = self.plot.iter().map(|path| Target::Drawing(path));
+        let all: Vec<_> = table.chain(events).chain(picture).collect();
+        targets::check(&self.inputs, &all)?;
+        if self.json && self.fills_stdout() {
             return Err(OutputError::StdoutTwice);
         }
         Ok(())
+    }
+
+    /// Whether a result other than the summary goes to standard output.
+    fn fills_stdout(&self) -> bool {
+        let results = [&self.output, &self.events, &self.plot];
+        let mut paths = results.into_iter().flatten();
+        paths.any(|path| path == Path::new(STANDARD))
     }
 
     /// Reads a recording and estimates all feet in it.
@@ -132,14 +149,16 @@ impl ReplayArguments {
             notices.extend(preset.window_notice(format, &params, &about.name, about.sample_rate));
         }
         let several = self.inputs.len() > 1 || stored.len() > 1;
+        let table = |path: &Option<PathBuf>| match path {
+            None => Table::None,
+            Some(_) if several => Table::SeveralFeet,
+            Some(_) => Table::OneFoot,
+        };
         let wanted = Wanted {
             span,
-            table: match &self.output {
-                None => Table::None,
-                Some(_) if several => Table::SeveralFeet,
-                Some(_) => Table::OneFoot,
-            },
-            figure: self.plot.is_some(),
+            table: table(&self.output),
+            events: table(&self.events),
+            drawing: self.plot.as_deref().map(Drawing::of),
         };
         // Each foot is estimated once, but by any thread.
         let stored: Vec<_> = stored.into_iter().map(Mutex::new).collect();
@@ -172,21 +191,30 @@ impl ReplayArguments {
     /// Writes what was asked for.
     fn write(&self, mut feet: Vec<Replayed>) -> Result<(), Error> {
         let mut written = Vec::new();
+        let several = self.inputs.len() > 1 || feet.len() > 1;
         if let Some(path) = &self.output {
-            let several = self.inputs.len() > 1 || feet.len() > 1;
             write_file(path, |to| {
                 write_header(if several { Feet::Several } else { Feet::One }, to)?;
-                let parts = feet.iter_mut().filter_map(|foot| foot.table.as_mut());
-                parts.into_iter().try_for_each(|part| part.write(to))
+                let mut parts = feet.iter_mut().filter_map(|foot| foot.table.as_mut());
+                parts.try_for_each(|part| part.write(to))
+            })?;
+            written.push(path.clone());
+        }
+        if let Some(path) = &self.events {
+            write_file(path, |to| {
+                let foot = if several { "foot," } else { "" };
+                writeln!(to, "{foot}{}", events::HEADER)?;
+                let mut parts = feet.iter_mut().filter_map(|foot| foot.events.as_mut());
+                parts.try_for_each(|part| part.write(to))
             })?;
             written.push(path.clone());
         }
         if let Some(path) = &self.plot {
-            written.extend(write_figures(path, &mut feet)?);
+            written.extend(write_pictures(path, &mut feet)?);
         }
         let style = if self.json {
             SummaryStyle::Json
-        } else if self.output.as_deref() == Some(Path::new(STANDARD)) {
+        } else if self.fills_stdout() {
             SummaryStyle::Silent
         } else {
             SummaryStyle::Text
@@ -196,20 +224,35 @@ impl ReplayArguments {
     }
 }
 
-/// Writes the figure of each foot, and says where.
-fn write_figures(path: &Path, replayed: &mut [Replayed]) -> Result<Vec<PathBuf>, Error> {
+/// Writes the page of all feet, or the figure of each, and says where.
+fn write_pictures(path: &Path, replayed: &mut [Replayed]) -> Result<Vec<PathBuf>, Error> {
     let one = replayed.len() == 1;
+    let mut page = Vec::new();
     let mut written = Vec::new();
     for foot in replayed {
-        if let Some(figure) = foot.figure.take() {
-            let path = if one {
-                path.to_owned()
-            } else {
-                targets::with_foot(path, &foot.summary.recording)
-            };
-            write_file(&path, |to| to.write_all(figure.svg()?.as_bytes()))?;
-            written.push(path);
+        match foot.picture.take() {
+            None => {}
+            Some(Picture::Page(foot)) => page.push(foot),
+            Some(Picture::Figure(figure)) => {
+                let path = if one {
+                    path.to_owned()
+                } else {
+                    targets::with_foot(path, &foot.summary.recording)
+                };
+                write_file(&path, |to| {
+                    let svg = figure.svg()?;
+                    match Drawing::of(&path) {
+                        Drawing::Png => to.write_all(&png(&svg)?),
+                        Drawing::Svg | Drawing::Page => to.write_all(svg.as_bytes()),
+                    }
+                })?;
+                written.push(path);
+            }
         }
+    }
+    if !page.is_empty() {
+        write_file(path, |to| page::write(page, to))?;
+        written.push(path.to_owned());
     }
     Ok(written)
 }

@@ -60,6 +60,7 @@ impl Collector {
     pub fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
         let time = sample.time_s();
         let load = sample.load.map(|Load(load)| f64::from(load));
+        let load = load.filter(|load| load.is_finite());
         if let Some(load) = load {
             let range = self.load_range.get_or_insert(load..load);
             *range = range.start.min(load)..range.end.max(load);

@@ -2,16 +2,20 @@
 
 use std::io;
 
-use estimator_core::{Learnt, Params, ParamsError};
+use estimator_core::{ContactEstimate, Learnt, Params, ParamsError};
+use recordings::events::{Event, Events};
 use recordings::input::Stored;
 use recordings::plausible::{Check, Finding};
+use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
 use thiserror::Error;
 
 use super::part::Part;
 use super::span::Span;
+use crate::plot::page::PageFoot;
 use crate::plot::{self, Figure};
 use crate::summary::{Summary, Tally};
+use crate::targets::Drawing;
 
 /// What is made of a foot beside its summary.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,11 +24,13 @@ pub struct Wanted {
     pub span: Span,
     /// Whether there is a table, and whether it names the foot.
     pub table: Table,
-    /// Whether there is a picture.
-    pub figure: bool,
+    /// The same of the table of events.
+    pub events: Table,
+    /// The picture, where there is one.
+    pub drawing: Option<Drawing>,
 }
 
-/// The table of estimates.
+/// A table of estimates or events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Table {
     /// There is none.
@@ -36,6 +42,23 @@ pub enum Table {
     SeveralFeet,
 }
 
+/// The picture of a foot.
+pub enum Picture {
+    /// One of its own.
+    Figure(Figure),
+    /// Its share of a page.
+    Page(PageFoot),
+}
+
+impl Picture {
+    fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
+        match self {
+            Self::Figure(figure) => figure.add(sample, estimate),
+            Self::Page(page) => page.add(sample, estimate),
+        }
+    }
+}
+
 /// What was made of a foot.
 pub struct Replayed {
     /// What it comes to.
@@ -44,8 +67,10 @@ pub struct Replayed {
     pub findings: Vec<Finding>,
     /// Its rows of the table.
     pub table: Option<Part>,
+    /// Its events.
+    pub events: Option<Part>,
     /// Its picture.
-    pub figure: Option<Figure>,
+    pub picture: Option<Picture>,
     /// What has been learnt about it.
     pub learnt: Learnt,
 }
@@ -94,15 +119,26 @@ pub fn replay(
     let mut check = Check::new(about.sample_rate, about.gravity);
     let (from_s, to_s) = wanted.span.within(about.duration_us);
     let mut tally = Tally::new(&name, about.foot.as_deref(), about.sample_rate);
-    let mut table = match wanted.table {
+    let part = |table| match table {
         Table::None => None,
         Table::OneFoot => Some(Part::new(None, about.start_us)),
         Table::SeveralFeet => Some(Part::new(Some(name.clone()), about.start_us)),
     };
-    let mut figure = wanted.figure.then(|| {
-        let span = plot::span(from_s, to_s - from_s, about.sample_rate);
-        Figure::new(&name, about.start_us, &about.load_title, span)
-    });
+    let mut table = part(wanted.table);
+    let mut found = Found {
+        span: wanted.span,
+        table: part(wanted.events),
+        picture: wanted.drawing.map(|drawing| {
+            let span = plot::span(from_s, to_s - from_s, about.sample_rate);
+            match drawing {
+                Drawing::Svg | Drawing::Png => {
+                    Picture::Figure(Figure::new(&name, about.start_us, &about.load_title, span))
+                }
+                Drawing::Page => Picture::Page(PageFoot::new(&name, &about, span)),
+            }
+        }),
+    };
+    let mut events = Events::default();
     for sample in stored.samples()? {
         let sample = sample?;
         if wanted.span.is_before(sample.imu.timestamp) {
@@ -111,22 +147,51 @@ pub fn replay(
         let estimate = replay.update(&sample);
         check.add(&sample);
         check.add_estimate(&sample, &estimate);
+        events.add(&estimate);
+        while let Some(event) = events.pop() {
+            found.add(&event)?;
+        }
         if wanted.span.contains(sample.imu.timestamp) {
             tally.add(&sample, &estimate);
             if let Some(table) = &mut table {
                 table.add(&estimate)?;
             }
-            if let Some(figure) = &mut figure {
-                figure.add(&sample, &estimate);
+            if let Some(picture) = &mut found.picture {
+                picture.add(&sample, &estimate);
             }
         }
         after_each();
     }
+    events.finish().try_for_each(|event| found.add(&event))?;
     Ok(Replayed {
         summary: tally.finish(),
         findings: check.findings(),
         table,
-        figure,
+        events: found.table,
+        picture: found.picture,
         learnt: replay.finish(),
     })
+}
+
+/// Where events go.
+struct Found {
+    span: Span,
+    table: Option<Part>,
+    picture: Option<Picture>,
+}
+
+impl Found {
+    /// Takes in an event, if it is in the part that is asked for.
+    fn add(&mut self, event: &Event) -> io::Result<()> {
+        if !self.span.contains(event.time) {
+            return Ok(());
+        }
+        if let Some(Picture::Page(page)) = &mut self.picture {
+            page.add_event(event);
+        }
+        match &mut self.table {
+            Some(table) => table.add_event(event),
+            None => Ok(()),
+        }
+    }
 }

@@ -1,15 +1,16 @@
-//! The rows of one foot, until those of the feet before it are written.
+//! The rows of one foot in a table, until those of the feet before it are written.
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 
 use estimator_core::ContactEstimate;
+use recordings::events::{Event, write_event};
 use recordings::output::write_row;
 use tempfile::SpooledTempFile;
 
 /// Bytes that stay in memory.
 const IN_MEMORY: usize = 8 << 20;
 
-/// The rows of one foot in the table of estimates.
+/// The rows of one foot in the table of estimates or in that of events.
 pub struct Part {
     foot: Option<String>,
     start_us: i64,
@@ -39,6 +40,14 @@ impl Part {
             self.start_us,
             &mut self.rows,
         )
+    }
+
+    /// Appends an event.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub fn add_event(&mut self, event: &Event) -> io::Result<()> {
+        write_event(self.foot.as_deref(), event, self.start_us, &mut self.rows)
     }
 
     /// Writes all rows.

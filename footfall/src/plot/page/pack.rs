@@ -1,0 +1,157 @@
+//! Lines, stretches and events as JSON of few characters: times as steps in µs, values as levels.
+
+use std::fmt::{self, Write};
+use std::ops::Range;
+
+use recordings::events::{Event, Kind};
+
+use crate::plot::decimate::Trace;
+
+/// Levels of a line between its lowest and its highest value: finer than a pixel of any zoom in value,
+/// which there is none of.
+const LEVELS: u32 = 10_000;
+
+/// The time that feet with overlapping times show together, µs on their clocks.
+pub(super) struct Axis(pub(super) Range<i64>);
+
+impl Axis {
+    /// The axes of feet that cover these times, and which of them each foot has. The axes are in the order
+    /// of their first feet.
+    pub(super) fn shared(times: &[Range<i64>]) -> (Vec<Self>, Vec<usize>) {
+        let mut order: Vec<usize> = (0..times.len()).collect();
+        order.sort_by_key(|k| (times[*k].start, *k));
+        let mut axes: Vec<(usize, Range<i64>)> = Vec::new();
+        let mut of = vec![0; times.len()];
+        for foot in order {
+            let time = &times[foot];
+            match axes.last_mut() {
+                Some((first, axis)) if time.start <= axis.end => {
+                    axis.end = axis.end.max(time.end);
+                    *first = foot.min(*first);
+                }
+                _ => axes.push((foot, time.clone())),
+            }
+            of[foot] = axes.len() - 1;
+        }
+        let mut places: Vec<usize> = (0..axes.len()).collect();
+        places.sort_by_key(|k| axes[*k].0);
+        let place = |axis: usize| places.iter().position(|k| *k == axis).unwrap_or(axis);
+        let of = of.into_iter().map(place).collect();
+        let axes = places.iter().map(|k| Self(axes[*k].1.clone())).collect();
+        (axes, of)
+    }
+}
+
+/// A text as JSON within a script: nothing in it can end the script.
+pub(super) fn json_string(text: &str) -> String {
+    serde_json::Value::from(text)
+        .to_string()
+        .replace('<', "\\u003c")
+}
+
+/// Names as a list.
+pub(super) fn names<const N: usize>(names: [&str; N]) -> String {
+    let all: Vec<_> = names.map(json_string).into();
+    format!("[{}]", all.join(","))
+}
+
+/// A time in whole µs.
+pub(super) fn micros(seconds: f64) -> i64 {
+    // The cast saturates.
+    (seconds * 1.0e6).round() as i64
+}
+
+/// Times as steps from one to the next, the first from 0.
+#[derive(Default)]
+struct Steps(i64);
+
+impl Steps {
+    fn to(&mut self, seconds: f64) -> i64 {
+        let now = micros(seconds);
+        now - std::mem::replace(&mut self.0, now)
+    }
+}
+
+/// A line. Where values are missing it has a point without value.
+pub(super) fn line(
+    kind: &str,
+    name: &str,
+    trace: &Trace,
+    range: Range<f64>,
+    to: &mut String,
+) -> fmt::Result {
+    let Range { start, end } = range;
+    write!(
+        to,
+        "{{\"kind\":\"{kind}\",\"name\":{},\"low\":{start},\"high\":{end},\"levels\":{LEVELS},\"t\":[",
+        json_string(name)
+    )?;
+    let mut steps = Steps::default();
+    for (k, piece) in trace.iter().enumerate() {
+        if k > 0 {
+            to.push_str(",0");
+        }
+        for (i, (time, _)) in piece.iter().enumerate() {
+            let comma = if k + i > 0 { "," } else { "" };
+            write!(to, "{comma}{}", steps.to(*time))?;
+        }
+    }
+    to.push_str("],\"v\":[");
+    let scale = if end > start {
+        f64::from(LEVELS) / (end - start)
+    } else {
+        0.0
+    };
+    for (k, piece) in trace.iter().enumerate() {
+        if k > 0 {
+            to.push_str(",null");
+        }
+        for (i, (_, value)) in piece.iter().enumerate() {
+            let comma = if k + i > 0 { "," } else { "" };
+            write!(to, "{comma}{}", ((value - start) * scale).round() as i64)?;
+        }
+    }
+    to.push_str("]}");
+    Ok(())
+}
+
+/// Stretches that follow each other: the step to the start of each and what is so in it, by its place in
+/// `all`; then the step to the end of the last.
+pub(super) fn stretches<T: PartialEq>(
+    stretches: &[(Range<f64>, T)],
+    all: &[T],
+    to: &mut String,
+) -> fmt::Result {
+    let mut steps = Steps::default();
+    to.push('[');
+    for (time, value) in stretches {
+        let code = all.iter().position(|known| known == value).unwrap_or(0);
+        write!(to, "{},{code},", steps.to(time.start))?;
+    }
+    if let Some((time, _)) = stretches.last() {
+        write!(to, "{}", steps.to(time.end))?;
+    }
+    to.push(']');
+    Ok(())
+}
+
+/// Events: time and kind, duration and distance.
+pub(super) fn events(events: &[Event], to: &mut String) -> fmt::Result {
+    to.push('[');
+    for (k, event) in events.iter().enumerate() {
+        let comma = if k > 0 { "," } else { "" };
+        let kind = Kind::ALL.into_iter().position(|kind| kind == event.kind);
+        let time = event.time.as_micros();
+        write!(to, "{comma}[{time},{},", kind.unwrap_or(0))?;
+        match event.duration_us {
+            Some(duration) => write!(to, "{duration},")?,
+            None => to.push_str("null,"),
+        }
+        match event.distance_m {
+            Some(distance) => write!(to, "{distance:.6}]")?,
+            None => to.push_str("null]"),
+        }
+    }
+    to.push(']');
+    Ok(())
+}

@@ -1,0 +1,151 @@
+//! `footfall replay --events` and `--plot` from outside.
+
+mod common;
+
+use std::fs;
+
+use common::{AXES, Bench, read, standing};
+use gait::{Plan, SensorParams, simulate};
+use recordings::output::write_recording;
+
+/// The demo's walk as a table.
+fn walk() -> Vec<u8> {
+    let walk = simulate(&Plan::demo(1), &SensorParams::LSM6DSOX, 1).recording;
+    let mut table = Vec::new();
+    write_recording(&walk.samples, &mut table).expect("memory");
+    table
+}
+
+/// The cells of a table without its header.
+fn rows(table: &str) -> Vec<Vec<&str>> {
+    let rows = table.lines().skip(1);
+    rows.map(|row| row.split(',').collect()).collect()
+}
+
+#[test]
+fn the_events_of_a_walk_have_one_row_each() {
+    let bench = Bench::with("walk.csv", walk());
+    let said = bench.stdout("replay walk.csv --events events.csv");
+    assert!(said.ends_with("written  events.csv\n"), "{said}");
+    let table = read(&bench.path("events.csv"));
+    assert!(table.starts_with("t,event,duration,p_peak,distance\n"));
+    let rows = rows(&table);
+    let count = |event| rows.iter().filter(|row| row[1] == event).count();
+    let counts = ["touch_down", "lift_off", "slip_start", "slip_end"].map(count);
+    assert_eq!(counts, [12, 12, 4, 4]);
+    for row in &rows {
+        assert_eq!(row[4].is_empty(), !row[1].starts_with("slip"), "{row:?}");
+    }
+    // It stood when the recording began, and stands when it ends.
+    let blank: Vec<_> = rows.iter().filter(|row| row[2].is_empty()).collect();
+    assert_eq!(
+        blank.iter().map(|row| row[1]).collect::<Vec<_>>(),
+        ["lift_off", "touch_down"]
+    );
+    assert_eq!((blank[0], blank[1]), (&rows[0], &rows[rows.len() - 1]));
+}
+
+#[test]
+fn events_of_several_feet_name_the_foot_and_standard_output_takes_them() {
+    let bench = Bench::with("RL.csv", walk());
+    fs::write(bench.path("R,R.csv"), walk()).expect("a file");
+    let table = bench.stdout("replay RL.csv R,R.csv --events -");
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("foot,t,event,duration,p_peak,distance"));
+    let of = |foot: &str| lines.clone().filter(|line| line.starts_with(foot)).count();
+    assert_eq!((of("RL,"), of("\"R,R\",")), (32, 32));
+    assert_eq!(lines.count(), 64);
+}
+
+#[test]
+fn times_of_events_are_on_the_recordings_clock() {
+    let late = |line: &str| {
+        let (time, rest) = line.split_once(',').expect("a row");
+        let time: f64 = time.parse().expect("a time");
+        format!("{:.6},{rest}\n", time + 1000.0)
+    };
+    let table = String::from_utf8(walk()).expect("UTF-8");
+    let (header, rest) = table.split_once('\n').expect("a header");
+    let bench = Bench::with("walk.csv", &table);
+    let later: String = rest.lines().map(late).collect();
+    fs::write(bench.path("later.csv"), format!("{header}\n{later}")).expect("a file");
+    let first = |file: &str| -> f64 {
+        let table = bench.stdout(&format!("replay {file} --events -"));
+        rows(&table)[0][0].parse().expect("a time")
+    };
+    assert!((first("later.csv") - first("walk.csv") - 1000.0).abs() < 1e-5);
+}
+
+#[test]
+fn a_part_of_a_recording_has_the_events_in_it() {
+    let bench = Bench::with("walk.csv", walk());
+    let whole = bench.stdout("replay walk.csv --events -");
+    let part = bench.stdout("replay walk.csv --events - --from 5 --to 6.2");
+    let (whole, part) = (rows(&whole), rows(&part));
+    let within: Vec<_> = whole
+        .iter()
+        .filter(|row| (5.0..6.2).contains(&row[0].parse::<f64>().expect("a time")))
+        .collect();
+    assert_eq!(part.len(), within.len());
+    // The last stance and the slip in it have not ended.
+    let complete = part
+        .iter()
+        .zip(within)
+        .filter(|(part, whole)| part == whole);
+    assert_eq!(complete.count(), part.len() - 2);
+    assert!(part[part.len() - 2..].iter().all(|row| row[2].is_empty()));
+}
+
+#[test]
+fn a_foot_that_stands_has_a_table_without_rows() {
+    let bench = Bench::with("walk.csv", standing());
+    assert_eq!(
+        bench.stdout("replay walk.csv --events -"),
+        "t,event,duration,p_peak,distance\n"
+    );
+}
+
+#[test]
+fn standard_output_takes_one_result() {
+    let bench = Bench::with("walk.csv", standing());
+    for two in [
+        "--events - --output -",
+        "--events - --json",
+        "--plot - --events -",
+        "--plot - --json",
+    ] {
+        assert_eq!(
+            bench.error(&format!("replay walk.csv {two}")),
+            "footfall: standard output takes one result: a table or picture (-), or --json\n"
+        );
+    }
+    assert!(bench.stdout("replay walk.csv --plot -").starts_with("<svg"));
+}
+
+#[test]
+fn a_page_is_one_file_of_all_feet() {
+    let bench = Bench::with("RL.csv", standing());
+    fs::write(bench.path("<!--<script>.csv"), standing()).expect("a file");
+    let said = bench.stdout("replay RL.csv <!--<script>.csv --plot out.html");
+    assert!(said.ends_with("written  out.html\n"), "{said}");
+    assert_eq!(bench.files(), ["<!--<script>.csv", "RL.csv", "out.html"]);
+    let page = read(&bench.path("out.html"));
+    assert!(page.contains("<title>RL, &lt;!--&lt;script&gt;</title>"));
+    assert_eq!(page.matches("\"load_title\"").count(), 0);
+    assert_eq!(page.matches("\"name\":\"force (N)\"").count(), 2);
+}
+
+#[test]
+fn a_png_is_a_picture_of_each_foot() {
+    let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0\n", f64::from(k) * 1e-3);
+    let table = format!("t,{AXES}\n{}", (0..1000).map(row).collect::<String>());
+    let bench = Bench::with("RL.csv", &table);
+    fs::write(bench.path("RR.csv"), &table).expect("a file");
+    bench.stdout("replay RL.csv RR.csv --plot out.png");
+    for file in ["out-RL.png", "out-RR.png"] {
+        let bytes = fs::read(bench.path(file)).expect("a picture");
+        // The signature; then the first chunk, whose first number is the width.
+        assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
+        assert_eq!(bytes[16..20], 1600_u32.to_be_bytes());
+    }
+}

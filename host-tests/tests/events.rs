@@ -1,0 +1,290 @@
+//! Events of simulated walks against what really happened.
+
+use estimator_core::Timestamp;
+use firmware::imu::default_params;
+use gait::slips::{SENSOR, profiles};
+use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simulate};
+use recordings::events::{Event, Events, Kind};
+use recordings::recording::{Label, Recording};
+use recordings::replay::Replay;
+
+/// From rest under load to the decision, s: window and on-delay.
+const DEBOUNCE: f64 = 0.06;
+
+/// From the landing to rest under load, s.
+const LANDING: f64 = 0.12;
+
+/// What happens so shortly before the end of a recording may not be decided in it, s.
+const UNDECIDED: f64 = 0.2;
+
+fn events(recording: &Recording) -> Vec<Event> {
+    let mut replay = Replay::new(recording.sample_rate, recording.gravity, &default_params())
+        .expect("the preset");
+    let mut events = Events::default();
+    let mut found = Vec::new();
+    for sample in &recording.samples {
+        events.add(&replay.update(sample));
+        found.extend(std::iter::from_fn(|| events.pop()));
+    }
+    found.extend(events.finish());
+    assert!(found.is_sorted_by_key(|event| event.time.as_micros()));
+    found
+}
+
+/// The walk as it is, and as a foot sees it that has no load signal.
+fn with_and_without_load(simulation: &Simulation) -> [Recording; 2] {
+    let mut alone = simulation.recording.clone();
+    for sample in &mut alone.samples {
+        sample.load = None;
+    }
+    [simulation.recording.clone(), alone]
+}
+
+fn seconds(time: Timestamp) -> f64 {
+    time.as_micros() as f64 / 1.0e6
+}
+
+fn times(events: &[Event], kind: Kind) -> Vec<f64> {
+    let of_kind = events.iter().filter(|event| event.kind == kind);
+    of_kind.map(|event| seconds(event.time)).collect()
+}
+
+/// Whether this is not in doubt because the recording ends.
+fn is_decided(time: f64, plan: &Plan) -> bool {
+    time < plan.duration - UNDECIDED
+}
+
+/// Leaves out the last event where it is one more than expected, and in doubt.
+fn drop_undecided(found: &mut Vec<f64>, expected: usize, plan: &Plan) {
+    if found.len() == expected + 1 {
+        found.pop_if(|last| !is_decided(*last, plan));
+    }
+}
+
+/// The steps of a gait on one ground.
+fn steady(gait: GaitName, ground: Ground, seed: u64) -> (Plan, Simulation) {
+    let plan = Plan::steady(gait, ground, 20.0, seed);
+    let simulation = simulate(&plan, &SENSOR, seed);
+    (plan, simulation)
+}
+
+/// When the foot is at rest under load for the first time after each of the impacts, as the labels say.
+fn rests(plan: &Plan, simulation: &Simulation) -> Vec<f64> {
+    let samples = &simulation.recording.samples;
+    let stable_after = |impact: f64| {
+        let mut after = samples.iter().filter(|sample| sample.time_s() > impact);
+        let rest = after.find(|sample| sample.label == Some(Label::Stable))?;
+        (rest.time_s() < impact + LANDING).then(|| rest.time_s())
+    };
+    Track::new(plan)
+        .impacts()
+        .filter_map(stable_after)
+        .collect()
+}
+
+#[test]
+fn every_touch_down_has_one_event_within_the_debounce_and_no_other_is_there() {
+    for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
+        for seed in 1..4 {
+            let (plan, simulation) = steady(gait, Ground::Hard, seed);
+            let mut rests = rests(&plan, &simulation);
+            rests.retain(|rest| is_decided(*rest, &plan));
+            assert!(rests.len() > 15, "{gait}: {}", rests.len());
+            for recording in with_and_without_load(&simulation) {
+                let events = events(&recording);
+                let mut found = times(&events, Kind::TouchDown);
+                drop_undecided(&mut found, rests.len(), &plan);
+                assert_eq!(found.len(), rests.len(), "{gait}, seed {seed}");
+                for (rest, event) in rests.iter().zip(&found) {
+                    let late = event - rest;
+                    assert!((-0.01..DEBOUNCE).contains(&late), "{gait}, {rest}: {late}");
+                }
+                // Running, the decision ends once in a few hundred good stances (`tests/slip.rs`).
+                let false_slips = times(&events, Kind::SlipStart).len();
+                let most = usize::from(gait == GaitName::Run);
+                assert!(false_slips <= most, "{gait}, seed {seed}: {false_slips}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_lift_off_has_one_event_while_the_foot_peels_off() {
+    for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
+        let (plan, simulation) = steady(gait, Ground::Hard, 5);
+        let truth = simulation.truth.iter().zip(&simulation.recording.samples);
+        let peels: Vec<_> = truth
+            .filter(|(state, _)| state.activity == Activity::Peeling)
+            .map(|(_, sample)| sample.time_s())
+            .collect();
+        let peels: Vec<_> = peels
+            .chunk_by(|a, b| b - a < 0.01)
+            .filter(|peel| is_decided(peel[0], &plan))
+            .collect();
+        for recording in with_and_without_load(&simulation) {
+            let mut found = times(&events(&recording), Kind::LiftOff);
+            drop_undecided(&mut found, peels.len(), &plan);
+            assert_eq!(found.len(), peels.len(), "{gait}");
+            for (peel, event) in peels.iter().zip(found) {
+                let (start, end) = (peel[0], peel[peel.len() - 1]);
+                assert!(
+                    (start - 0.03..end).contains(&event),
+                    "{gait}: {event}, {start}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn soft_ground_that_gives_way_is_no_slip() {
+    for gait in [GaitName::Walk, GaitName::Trot] {
+        let (plan, simulation) = steady(gait, Ground::Soft, 3);
+        for recording in with_and_without_load(&simulation) {
+            let events = events(&recording);
+            assert!(times(&events, Kind::SlipStart).is_empty(), "{gait}");
+            let track = Track::new(&plan);
+            let impacts = track.impacts().filter(|t| t + 0.2 < plan.duration);
+            assert_eq!(
+                times(&events, Kind::TouchDown).len(),
+                impacts.count(),
+                "{gait}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_foot_that_stands_has_no_events() {
+    let (_, simulation) = steady(GaitName::Stand, Ground::Hard, 1);
+    for recording in with_and_without_load(&simulation) {
+        assert_eq!(events(&recording), []);
+    }
+}
+
+/// One slip of the truth: from when to when, s, and how far, m.
+struct TrueSlip {
+    from: f64,
+    to: f64,
+    distance: f64,
+}
+
+fn true_slips(simulation: &Simulation) -> Vec<TrueSlip> {
+    let samples = &simulation.recording.samples;
+    let slides = |state: &FootState| state.activity == Activity::Slipping;
+    let mut slips = Vec::new();
+    let mut start = 0;
+    for run in simulation.truth.chunk_by(|a, b| slides(a) == slides(b)) {
+        let end = start + run.len();
+        if slides(&run[0]) && end < samples.len() {
+            slips.push(TrueSlip {
+                from: samples[start].time_s(),
+                to: samples[end].time_s(),
+                distance: run[run.len() - 1].slip - run[0].slip,
+            });
+        }
+        start = end;
+    }
+    slips
+}
+
+/// What was found of the slips of the grid.
+#[derive(Default)]
+struct Found {
+    slips: usize,
+    /// As one event, and as several: a foot that sticks and slips.
+    once: usize,
+    several: usize,
+    /// Events where there was no slip.
+    false_events: usize,
+    /// Of the distances of those that were found once, m.
+    errors: Vec<f64>,
+}
+
+impl Found {
+    fn add(&mut self, truth: &[TrueSlip], events: &[Event]) {
+        let starts = events.iter().filter(|event| event.kind == Kind::SlipStart);
+        let found: Vec<_> = starts.collect();
+        let overlap = |slip: &TrueSlip, event: &Event| {
+            let start = seconds(event.time);
+            let end = start + event.duration_us.unwrap_or(0) as f64 / 1.0e6;
+            // The sensor's filter and the burst delay it by up to 2 ms.
+            start < slip.to + 2e-3 && slip.from < end
+        };
+        let is_false = |event: &&&Event| !truth.iter().any(|slip| overlap(slip, event));
+        self.false_events += found.iter().filter(is_false).count();
+        for slip in truth {
+            self.slips += 1;
+            let of_slip: Vec<_> = found.iter().filter(|e| overlap(slip, e)).collect();
+            match of_slip[..] {
+                [] => {}
+                [event] => {
+                    self.once += 1;
+                    let error = event.distance_m.map(|found| (found - slip.distance).abs());
+                    self.errors.extend(error);
+                }
+                _ => self.several += 1,
+            }
+        }
+    }
+}
+
+#[test]
+fn slips_are_found_and_their_distance_is_right_to_a_millimetre_or_two() {
+    let mut all = Found::default();
+    for (seed, profile) in (1000..).zip(profiles()).step_by(3) {
+        let simulation = profile.simulate(12.0, seed);
+        let truth = true_slips(&simulation);
+        for recording in with_and_without_load(&simulation) {
+            all.add(&truth, &events(&recording));
+        }
+    }
+    let Found {
+        slips,
+        once,
+        several,
+        false_events,
+        mut errors,
+    } = all;
+    assert!(slips > 1000, "{slips}");
+    assert_eq!(once + several, slips);
+    assert!(several * 20 < slips, "{several} of {slips}");
+    assert!(false_events * 100 < slips, "{false_events}");
+    assert_eq!(errors.len(), once, "no distance is blank");
+    errors.sort_by(f64::total_cmp);
+    let share = |share: f64| 1.0e3 * errors[(share * (errors.len() - 1) as f64) as usize];
+    let (middle, nine_of_ten, worst) = (share(0.5), share(0.9), share(1.0));
+    println!(
+        "{slips} slips, {several} in parts, {false_events} false; errors {middle:.2} mm, {nine_of_ten:.2} mm, {worst:.2} mm"
+    );
+    assert!((0.05..0.2).contains(&middle), "{middle} mm");
+    assert!((0.4..1.2).contains(&nine_of_ten), "{nine_of_ten} mm");
+    assert!((2.0..5.0).contains(&worst), "{worst} mm");
+}
+
+#[test]
+fn the_demo_has_the_events_that_its_ground_makes() {
+    let simulation = simulate(&Plan::demo(1), &SENSOR, 1);
+    let truth = true_slips(&simulation);
+    for recording in with_and_without_load(&simulation) {
+        let events = events(&recording);
+        let count = |kind| times(&events, kind).len();
+        assert_eq!(Kind::ALL.map(count), [12, 12, 4, 4]);
+        let distances = events.iter().filter(|event| event.kind == Kind::SlipEnd);
+        let distances: Vec<_> = distances.filter_map(|event| event.distance_m).collect();
+        assert_eq!(truth.len(), 4);
+        for (found, slip) in distances.iter().zip(&truth) {
+            // The last one ends in a lift-off, where the speed is not known.
+            let limit = if slip.to - slip.from > 0.3 {
+                5e-3
+            } else {
+                1e-3
+            };
+            assert!(
+                (found - slip.distance).abs() < limit,
+                "{found}, {}",
+                slip.distance
+            );
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! Events of feet whose estimates are written down.
+
+use super::*;
+use estimator_core::{Flag, Flags, LinearAcceleration, Phase, Probabilities, Vec3};
+
+/// What a foot does for some milliseconds.
+#[derive(Clone, Copy)]
+enum Does {
+    Stands,
+    /// With this phase.
+    Swings(Phase),
+    /// Along the ground, with this acceleration, m/s².
+    Slides(Phase, f32),
+    /// Up and down on the spot.
+    Sinks,
+    /// Something that cannot be seen.
+    Hides,
+}
+
+use Does::{Hides, Sinks, Slides, Stands, Swings};
+
+/// Without a load no phase is known.
+const NONE: Phase = Phase::Unknown;
+
+fn estimate(does: Does, ms: u64) -> ContactEstimate {
+    let (decision, phase, stable, tangential, vertical, along) = match does {
+        Stands => (Decision::Stable, NONE, 0.95, 1.0, 1.0, 0.0),
+        Swings(phase) => (Decision::NotStable, phase, 0.0, 0.0, 0.0, 5.0),
+        Slides(phase, along) => (Decision::NotStable, phase, 0.1, 0.1, 0.9, along),
+        Sinks => (Decision::NotStable, Phase::Slip, 0.3, 0.95, 0.3, 0.0),
+        Hides => (Decision::NotStable, NONE, 0.0, 0.0, 0.0, 0.0),
+    };
+    ContactEstimate {
+        timestamp: Timestamp::from_micros(1000 * ms),
+        probabilities: Probabilities {
+            stable,
+            tangential,
+            vertical,
+            ..Probabilities::default()
+        },
+        decision,
+        phase,
+        flags: match does {
+            Hides => Flags::NONE.with(Flag::InvalidSample),
+            _ => Flags::NONE,
+        },
+        linear_acceleration: LinearAcceleration(Vec3::new(0.6 * along, 0.8 * along, 0.3)),
+        ..ContactEstimate::default()
+    }
+}
+
+/// The events of a foot that does one thing after the other, each for so many milliseconds.
+fn events(of: &[(u64, Does)]) -> Vec<Event> {
+    let mut events = Events::default();
+    let mut found = Vec::new();
+    let each = of.iter().flat_map(|(ms, does)| (0..*ms).map(|_| *does));
+    for (ms, does) in (0..).zip(each) {
+        events.add(&estimate(does, ms));
+        found.extend(std::iter::from_fn(|| events.pop()));
+    }
+    found.extend(events.finish());
+    found
+}
+
+/// Name, time and duration in ms.
+fn said(of: &[(u64, Does)]) -> Vec<(&'static str, u64, Option<u64>)> {
+    let ms = |micros: u64| micros / 1000;
+    let say = |e: &Event| (e.kind.name(), ms(e.time.as_micros()), e.duration_us.map(ms));
+    events(of).iter().map(say).collect()
+}
+
+#[test]
+fn a_step_is_a_touch_down_and_a_lift_off_with_the_stance_between_them() {
+    for swing in [Phase::Swing, NONE] {
+        let step = [
+            (300, Swings(swing)),
+            (500, Stands),
+            (300, Swings(swing)),
+            (400, Stands),
+        ];
+        assert_eq!(
+            said(&step),
+            [
+                ("touch_down", 300, Some(500)),
+                ("lift_off", 800, Some(500)),
+                ("touch_down", 1100, None)
+            ]
+        );
+    }
+}
+
+#[test]
+fn a_foot_that_stands_when_the_recording_begins_has_not_touched_down() {
+    let begins = [(180, Hides), (500, Stands), (300, Swings(NONE))];
+    assert_eq!(said(&begins), [("lift_off", 680, None)]);
+}
+
+#[test]
+fn a_slip_lies_within_its_stance_and_has_its_distance() {
+    let slip = [
+        (300, Swings(NONE)),
+        (100, Stands),
+        (100, Slides(NONE, 2.0)),
+        (100, Slides(NONE, -2.0)),
+        (200, Stands),
+        (300, Swings(NONE)),
+    ];
+    assert_eq!(
+        said(&slip),
+        [
+            ("touch_down", 300, Some(500)),
+            ("slip_start", 400, Some(200)),
+            ("slip_end", 600, Some(200)),
+            ("lift_off", 800, Some(500)),
+        ]
+    );
+    let distances: Vec<_> = events(&slip).iter().map(|e| e.distance_m).collect();
+    // Up to 0.2 m/s and back to rest in 0.2 s.
+    assert!(
+        matches!(distances[..], [None, Some(a), Some(b), None] if a == b && (a - 0.02).abs() < 5e-4),
+        "{distances:?}"
+    );
+}
+
+#[test]
+fn a_constant_error_of_the_acceleration_does_not_count_as_distance() {
+    let biased = [
+        (100, Stands),
+        (100, Slides(NONE, 2.5)),
+        (100, Slides(NONE, -1.5)),
+        (100, Stands),
+    ];
+    let distance = events(&biased)[0].distance_m.unwrap();
+    assert!((distance - 0.02).abs() < 5e-4, "{distance}");
+}
+
+#[test]
+fn the_distance_is_blank_where_a_sample_in_the_slip_cannot_be_believed() {
+    let hidden = [
+        (100, Stands),
+        (100, Slides(NONE, 2.0)),
+        (1, Hides),
+        (100, Slides(NONE, -2.0)),
+        (100, Stands),
+    ];
+    let found = events(&hidden);
+    assert_eq!(
+        (found.len(), found[0].distance_m, found[0].duration_us),
+        (2, None, Some(201_000))
+    );
+}
+
+#[test]
+fn a_landing_that_counts_as_slip_is_none_however_long_it_takes() {
+    let landing = [
+        (300, Swings(Phase::Swing)),
+        (400, Slides(Phase::Slip, 1.0)),
+        (500, Stands),
+    ];
+    assert_eq!(said(&landing), [("touch_down", 700, None)]);
+}
+
+#[test]
+fn a_foot_that_slides_until_it_is_lifted_has_a_slip_that_ends_there() {
+    let lost = [
+        (100, Stands),
+        (200, Slides(Phase::Slip, 1.0)),
+        (300, Swings(Phase::Swing)),
+        (50, Stands),
+    ];
+    let slip = ("slip_start", 100, Some(200));
+    let end = ("slip_end", 300, Some(200));
+    assert_eq!(
+        said(&lost),
+        [
+            slip,
+            end,
+            ("lift_off", 300, None),
+            ("touch_down", 600, None)
+        ]
+    );
+    let peeled = [
+        (100, Stands),
+        (60, Slides(Phase::Slip, 1.0)),
+        (300, Swings(Phase::Swing)),
+        (50, Stands),
+    ];
+    assert_eq!(
+        said(&peeled),
+        [("lift_off", 100, None), ("touch_down", 460, None)]
+    );
+}
+
+#[test]
+fn a_foot_that_sinks_in_has_no_event() {
+    assert_eq!(said(&[(100, Stands), (200, Sinks), (100, Stands)]), []);
+}
+
+#[test]
+fn what_shakes_a_standing_foot_for_a_moment_is_no_swing() {
+    let knocked = [(200, Stands), (50, Swings(NONE)), (200, Stands)];
+    assert!(
+        said(&knocked)
+            .iter()
+            .all(|(name, ..)| name.starts_with("slip")),
+        "{:?}",
+        said(&knocked)
+    );
+}
+
+#[test]
+fn where_a_stance_ends_unseen_its_duration_is_blank() {
+    let unseen = |hidden| {
+        said(&[
+            (300, Swings(NONE)),
+            (300, Stands),
+            (hidden, Hides),
+            (300, Stands),
+            (200, Swings(NONE)),
+            (9, Stands),
+        ])
+    };
+    assert_eq!(
+        unseen(400),
+        [
+            ("touch_down", 300, None),
+            ("lift_off", 1300, None),
+            ("touch_down", 1500, None)
+        ]
+    );
+    // A moment is bridged.
+    let bridged = unseen(20);
+    assert_eq!(
+        bridged[..2],
+        [("touch_down", 300, Some(620)), ("lift_off", 920, Some(620))]
+    );
+}
+
+#[test]
+fn a_recording_may_end_in_a_slip_and_in_a_swing() {
+    assert_eq!(
+        said(&[(100, Stands), (150, Slides(NONE, 1.0))]),
+        [("slip_start", 100, None)]
+    );
+    assert_eq!(
+        said(&[(100, Stands), (150, Swings(NONE))]),
+        [("lift_off", 100, None)]
+    );
+    assert_eq!(said(&[(100, Stands)]), []);
+    assert_eq!(said(&[]), []);
+}
+
+#[test]
+fn the_peak_is_that_of_the_stance_or_of_the_slip() {
+    let slip = [
+        (300, Swings(NONE)),
+        (100, Stands),
+        (100, Slides(NONE, 2.0)),
+        (100, Stands),
+        (300, Swings(NONE)),
+    ];
+    let peaks: Vec<_> = events(&slip).iter().map(|e| e.peak).collect();
+    assert_eq!(peaks, [0.95, 0.1, 0.1, 0.95]);
+}
+
+#[test]
+fn a_row_has_a_cell_for_every_name_in_the_header() {
+    let event = Event {
+        time: Timestamp::from_micros(1_500_000),
+        kind: Kind::SlipEnd,
+        duration_us: Some(1_000_020),
+        peak: 0.25,
+        distance_m: Some(0.0123),
+    };
+    let row = |foot, event: &Event, start_us| {
+        let mut bytes = Vec::new();
+        write_event(foot, event, start_us, &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    };
+    assert_eq!(
+        row(None, &event, -2_000_000),
+        "-0.500000,slip_end,1.000020,0.25,0.012300\n"
+    );
+    let blank = Event {
+        kind: Kind::TouchDown,
+        duration_us: None,
+        distance_m: None,
+        ..event
+    };
+    assert_eq!(
+        row(Some("a,b"), &blank, 0),
+        "\"a,b\",1.500000,touch_down,,0.25,\n"
+    );
+    assert_eq!(
+        row(None, &blank, 0).matches(',').count(),
+        HEADER.matches(',').count()
+    );
+}

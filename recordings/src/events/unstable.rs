@@ -1,0 +1,172 @@
+//! A stretch in which the decision is not "stable", and what was in it.
+
+use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
+
+use super::reckoning::Reckoning;
+
+/// No foot swings in less, µs: the swing of a run takes 260 ms. Nor does a foot slide for so long that just
+/// peels off the ground.
+pub const SHORTEST_SWING_US: u64 = 100_000;
+
+/// A foot of unknown load has left the ground where
+/// [`vertical`](estimator_core::Probabilities::vertical) is below.
+pub const LIFTED_BELOW: f32 = 0.1;
+
+/// A foot on the ground slides where [`tangential`](estimator_core::Probabilities::tangential) is below.
+pub const SLIDES_BELOW: f32 = 0.5;
+
+/// The flags that leave open how the foot moves.
+const MOTION_UNKNOWN: [Flag; 5] = [
+    Flag::WindowNotFull,
+    Flag::AttitudeNotInitialised,
+    Flag::Stale,
+    Flag::InvalidSample,
+    Flag::TimeGap,
+];
+
+/// For so long after such a sample, probabilities are low because of it, µs: the longest window of a preset.
+const RECOVERY_US: u64 = 50_000;
+
+/// What is known of the stretch up to its newest sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unstable {
+    /// Its first sample.
+    pub(super) start: Timestamp,
+    /// Greatest probability of stable contact.
+    pub(super) peak: f32,
+    /// How far the foot had come along the ground when it left it, m.
+    pub(super) distance_to_lift: Option<f64>,
+    newest: Timestamp,
+    has_load: bool,
+    /// From when on the foot was without load, and from when on it lifted or tilted.
+    unloaded: Option<Timestamp>,
+    lifted: Option<Timestamp>,
+    /// Whether it slid before that.
+    slid: bool,
+    unknown_us: u64,
+    last_unknown: Option<Timestamp>,
+    /// From the last stable sample on; `None` where there was none.
+    reckoning: Option<Reckoning>,
+}
+
+/// What the stretch was.
+pub(super) enum Verdict {
+    /// The foot left the ground at `lift_off`; where `slip`, it slid from the start until then.
+    Swing {
+        /// When it left.
+        lift_off: Timestamp,
+        /// Whether it slid before.
+        slip: bool,
+    },
+    /// How the foot moved is not known.
+    Unknown,
+    /// It slid.
+    Slip,
+    /// It stayed where it was.
+    Neither,
+}
+
+impl Unstable {
+    /// Begins with this estimate; `stood` is what is reckoned from the last stable one.
+    pub(super) fn new(stood: Option<Reckoning>, estimate: &ContactEstimate) -> Self {
+        let mut unstable = Self {
+            start: estimate.timestamp,
+            peak: 0.0,
+            distance_to_lift: None,
+            newest: stood.map_or(estimate.timestamp, |reckoning| reckoning.now()),
+            has_load: false,
+            unloaded: None,
+            lifted: None,
+            slid: false,
+            unknown_us: 0,
+            last_unknown: None,
+            reckoning: stood,
+        };
+        unstable.add(estimate);
+        unstable
+    }
+
+    /// Takes in the next estimate.
+    pub(super) fn add(&mut self, estimate: &ContactEstimate) {
+        let now = estimate.timestamp;
+        self.reckon(estimate);
+        self.peak = self.peak.max(estimate.probabilities.stable);
+        if MOTION_UNKNOWN
+            .into_iter()
+            .any(|flag| estimate.flags.contains(flag))
+        {
+            self.unknown_us += now.micros_since(self.newest).unwrap_or(0);
+            self.last_unknown = Some(now);
+        }
+        self.newest = now;
+        let was_on_ground = self.left_ground().is_none();
+        match estimate.phase {
+            Phase::Unknown => {}
+            Phase::Stance | Phase::Slip => self.has_load = true,
+            Phase::Swing | Phase::QuietSwing => {
+                self.has_load = true;
+                self.unloaded.get_or_insert(now);
+            }
+        }
+        let has_recovered = |unknown| now.micros_since(unknown).is_some_and(|us| us > RECOVERY_US);
+        if self.last_unknown.is_none_or(has_recovered) {
+            if estimate.probabilities.vertical < LIFTED_BELOW {
+                self.lifted.get_or_insert(now);
+            }
+            self.slid |=
+                self.left_ground().is_none() && estimate.probabilities.tangential < SLIDES_BELOW;
+        }
+        if was_on_ground && self.left_ground().is_some() {
+            self.distance_to_lift = self.reckoning.and_then(|reckoning| reckoning.distance());
+        }
+    }
+
+    /// Sums up the motion up to this estimate, which may be the first after the stretch.
+    pub(super) fn reckon(&mut self, estimate: &ContactEstimate) {
+        if let Some(reckoning) = &mut self.reckoning {
+            reckoning.add(estimate);
+        }
+    }
+
+    /// Whether the foot stood before.
+    pub(super) const fn stood(&self) -> bool {
+        self.reckoning.is_some()
+    }
+
+    /// How far the foot has come along the ground, m, where it now stands again.
+    pub(super) fn distance_to_rest(&self) -> Option<f64> {
+        self.reckoning?.distance_to_rest()
+    }
+
+    /// When it lost its load or lifted or tilted, whichever was first.
+    fn left_ground(&self) -> Option<Timestamp> {
+        match (self.unloaded, self.lifted) {
+            (Some(a), Some(b)) => Some(if a.as_micros() < b.as_micros() { a } else { b }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// What it was, if it ends here.
+    pub(super) fn verdict(&self) -> Verdict {
+        let lasted = |from: Timestamp, to: Timestamp| {
+            to.micros_since(from)
+                .is_some_and(|us| us >= SHORTEST_SWING_US)
+        };
+        let has_swung = match self.has_load {
+            true => self.unloaded.is_some(),
+            false => self.lifted.is_some(),
+        };
+        match self.left_ground().filter(|_| has_swung) {
+            Some(left) if lasted(self.start, self.newest) => {
+                let slip = self.slid && lasted(self.start, left);
+                Verdict::Swing {
+                    lift_off: if slip { left } else { self.start },
+                    slip,
+                }
+            }
+            _ if self.unknown_us >= SHORTEST_SWING_US => Verdict::Unknown,
+            _ if self.slid => Verdict::Slip,
+            _ => Verdict::Neither,
+        }
+    }
+}
