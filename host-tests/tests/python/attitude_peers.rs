@@ -1,10 +1,9 @@
 //! `attitude_peers.py`, with the packages of `requirements.txt`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::environment;
+use super::{environment, packages};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python");
 const REQUIREMENTS: &str = include_str!("requirements.txt");
@@ -19,7 +18,7 @@ pub struct Peer {
 /// The peers on recordings; what stands in the way of running them is said in one line.
 pub fn run(recordings: &[PathBuf]) -> Result<Vec<Peer>, String> {
     let interpreter = environment::make()?;
-    let packages = install(&interpreter)?;
+    let packages = packages::install(&interpreter, "python-attitude", REQUIREMENTS)?;
     let output = Command::new(interpreter)
         .arg(Path::new(FOLDER).join("attitude_peers.py"))
         .args(recordings)
@@ -44,27 +43,4 @@ fn peer(line: &str) -> Peer {
         mean_deg: degrees(mean),
         worst_deg: degrees(worst),
     }
-}
-
-/// A folder with the packages beside the environment of the wire's tests, which has others.
-fn install(interpreter: &Path) -> Result<PathBuf, String> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-attitude");
-    let installed = folder.join("installed.txt");
-    if fs::read_to_string(&installed).is_ok_and(|installed| installed == REQUIREMENTS) {
-        return Ok(folder);
-    }
-    let output = Command::new(interpreter)
-        .args(["-m", "pip", "install", "--quiet", "--upgrade"])
-        .args(["--disable-pip-version-check", "--target"])
-        .arg(&folder)
-        .args(REQUIREMENTS.lines())
-        .output()
-        .map_err(|error| error.to_string())?;
-    if !output.status.success() {
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        let last = stderr.lines().last().unwrap_or_default();
-        return Err(format!("pip cannot install the filters: {last}"));
-    }
-    fs::write(&installed, REQUIREMENTS).map_err(|error| error.to_string())?;
-    Ok(folder)
 }
