@@ -74,7 +74,7 @@ fn benches() -> Bench {
     let bench = Bench::with("stand.csv", standing());
     // In g, with samples that are not finite, and without labels.
     let in_g: String = (0..2000)
-        .map(|k| match k % 50 {
+        .map(|k| match k % 500 {
             7 => format!("{},nan,inf,1,0,-inf,1e300\n", f64::from(k) * 0.002),
             _ => format!("{},0,0.0{},1,0,0,0\n", f64::from(k) * 0.002, k % 10),
         })
@@ -108,11 +108,7 @@ fn benches() -> Bench {
 /// A sensor that lies level, with its true orientation, which is lost once.
 fn level() -> String {
     let row = |k: u32| {
-        let truth = if k == 150 {
-            "nan,nan,nan,nan"
-        } else {
-            "1,0,0,0"
-        };
+        let truth = if k == 150 { ",,," } else { "1,0,0,0" };
         format!("{:.2},0,0,9.81,0,0,0,{truth}\n", f64::from(k) * 0.01)
     };
     format!(

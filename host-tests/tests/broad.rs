@@ -21,6 +21,8 @@ use scoring::inclination::InclinationScore;
 
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;
+#[path = "python/packages.rs"]
+mod packages;
 #[path = "python/attitude_peers.rs"]
 mod peers;
 

@@ -18,6 +18,7 @@ use crate::calibrate::sensor::SensorCalibration;
 use crate::config::ConfigError;
 use crate::error::Error;
 use crate::files::write_file;
+use crate::messages::detail;
 use crate::plot;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, warn};
@@ -83,6 +84,13 @@ impl CalibrateArguments {
             };
             let loaded = opened.read(&hints)?;
             loaded.notices.iter().for_each(warn);
+            detail(format!(
+                "{file}: format {}, {} samples at {} Hz; {}",
+                format.name(),
+                loaded.recording.samples.len(),
+                loaded.recording.sample_rate,
+                self.recording.parameters_text(&params, format)
+            ));
             let findings = plausible::check(&loaded.recording);
             self.recording.report(&file, &findings)?;
             let source = Source {

@@ -244,16 +244,11 @@ fn recognised(about: &About, summary: &Summary) -> String {
         .as_ref()
         .map_or(0, |metrics| metrics.labelled_samples);
     format!(
-        "{}: {} samples, {:.3} s at {} Hz, gravity {gravity}, {labelled} with a label, load: {}",
+        "{}: {} samples, {:.3} s at {} Hz, gravity {gravity}, {labelled} with a label",
         summary.recording,
         about.samples,
         about.duration_s(),
         about.sample_rate,
-        if about.load_title.is_empty() {
-            "none"
-        } else {
-            &about.load_title
-        },
     )
 }
 
