@@ -6,6 +6,7 @@
 
 use clap::ValueEnum;
 use schemars::generate::SchemaSettings;
+use schemars::transform::{RecursiveTransform, Transform};
 use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -143,6 +144,7 @@ fn schema<R: Described>() -> Schema {
     let mut schema = settings
         .into_generator()
         .into_root_schema_for::<Document<'_, R>>();
+    RecursiveTransform(for_readers_of_json).transform(&mut schema);
     let kind = R::KIND;
     schema.insert("$id".to_owned(), json!(kind.id()));
     schema.insert(
@@ -153,6 +155,17 @@ fn schema<R: Described>() -> Schema {
         id["const"] = json!(kind.id());
     }
     schema
+}
+
+/// Takes out what is for readers of the code: links, and that a type, where a file is read, takes no
+/// unknown fields.
+fn for_readers_of_json(schema: &mut Schema) {
+    if let Some(Value::String(text)) = schema.get_mut("description") {
+        *text = text.replace("[`", "").replace("`]", "").replace('`', "");
+    }
+    if schema.get("additionalProperties") == Some(&Value::Bool(false)) {
+        schema.remove("additionalProperties");
+    }
 }
 
 /// The schema of a map that has some of these keys, each with a value that `value` describes.

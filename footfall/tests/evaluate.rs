@@ -2,10 +2,12 @@
 
 mod common;
 
+use std::fs;
+
 use common::labelled::bench;
-use common::read;
+use common::{Bench, read};
 use scoring::method::Method;
-use scoring::sets::Set;
+use scoring::sets::{Set, files};
 use serde_json::Value;
 
 fn array<'a>(value: &'a Value, name: &str) -> &'a Vec<Value> {

@@ -337,7 +337,7 @@ fn a_wrong_option_is_an_error_that_says_how_to_write_it() {
             "--window 50",
             "write a duration such as 50ms or a count such as 50samples",
         ),
-        ("--gravity maybe", "neither \"included\" nor \"removed\""),
+        ("--gravity maybe", "possible values: included, removed"),
         ("--sample-rate -5", "write a number of Hz above 0"),
         (
             "--format xml",

@@ -5,7 +5,7 @@ use estimator_core::stillness::Classes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What [`Learnt`] holds, under the same names. Numbers read back as the same f32.
+/// What a foot has learnt, as [`Learnt`] has it. Numbers read back as the same f32.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearntValues {
@@ -23,7 +23,7 @@ pub struct LearntValues {
     pub velocity: ClassesValues,
 }
 
-/// What [`Classes`] holds; natural logarithms of amplitudes in m/s² or rad/s.
+/// What a foot has learnt of one quantity, as [`Classes`] has it: natural logarithms of amplitudes in m/s² or rad/s.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClassesValues {
