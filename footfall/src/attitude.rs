@@ -2,11 +2,12 @@
 
 use std::fmt::{self, Write};
 
+use schemars::JsonSchema;
 use scoring::inclination::InclinationScore;
 use serde::Serialize;
 
 /// The scores of several recordings. `Display` is the report for the terminal.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct AttitudeReport {
     /// One per recording.
     pub recordings: Vec<InclinationScore>,

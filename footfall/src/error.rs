@@ -27,6 +27,14 @@ pub enum Error {
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// There is no such key in a configuration file.
+    #[error("there is no key {key}: {hint}")]
+    UnknownKey {
+        /// As it was asked for.
+        key: String,
+        /// What may have been meant.
+        hint: String,
+    },
     /// The parameters are not valid, in the estimator's words.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),

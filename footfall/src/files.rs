@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use thiserror::Error;
 
@@ -78,7 +79,8 @@ pub fn write_file(
 ) -> Result<(), OutputError> {
     let file = path.display().to_string();
     if path == Path::new(STANDARD) {
-        return to_stdout(content).map_err(|source| OutputError::Unwritable { file, source });
+        return unless_closed(to_stdout(content))
+            .map_err(|source| OutputError::Unwritable { file, source });
     }
     if let Some(directory) = directory_of(path).filter(|directory| !directory.is_dir()) {
         return Err(OutputError::NoDirectory {
@@ -87,6 +89,18 @@ pub fn write_file(
         });
     }
     written(path, content).map_err(|source| OutputError::Unwritable { file, source })
+}
+
+/// That a reader has gone, such as `head`, is no failure: it has seen enough. What else there is to do
+/// is done.
+///
+/// # Errors
+/// Any other that `written` has.
+pub fn unless_closed(written: io::Result<()>) -> io::Result<()> {
+    match written {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
 }
 
 fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -105,19 +119,14 @@ pub fn directory_of(path: &Path) -> Option<&Path> {
 fn written(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     if path.exists() && !path.is_file() {
         // A pipe or a terminal cannot be replaced by a file, and must not be.
-        return filled(File::options().write(true).open(path)?, content);
+        return unless_closed(filled(File::options().write(true).open(path)?, content));
     }
     // Where the name is a link, what it points to is replaced, not the link.
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let unfinished = unfinished(&path);
-    let result = File::create(&unfinished)
+    let unfinished = Unfinished::new(&path);
+    File::create(&unfinished.0)
         .and_then(|file| filled(file, content))
-        .and_then(|()| fs::rename(&unfinished, &path));
-    if result.is_err() {
-        // The first error counts; that nothing could be tidied up adds nothing to it.
-        let _ = fs::remove_file(&unfinished);
-    }
-    result
+        .and_then(|()| fs::rename(&unfinished.0, &path))
 }
 
 fn filled(file: File, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -126,12 +135,50 @@ fn filled(file: File, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
     buffer.flush()
 }
 
-/// The name of a file that is being written, next to where it belongs.
-fn unfinished(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    path.with_file_name(name)
+/// A file that is being written, next to where it belongs. It is removed unless it has got its own name.
+struct Unfinished(PathBuf);
+
+/// Those that there are. Whoever has them locked keeps others from being begun.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn all_unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+impl Unfinished {
+    fn new(path: &Path) -> Self {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(format!(".{}.part", std::process::id()));
+        let unfinished = path.with_file_name(name);
+        all_unfinished().push(unfinished.clone());
+        Self(unfinished)
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // After success there is nothing under this name. After a failure the first error counts; that
+        // nothing could be tidied up adds nothing to it.
+        let _ = fs::remove_file(&self.0);
+        all_unfinished().retain(|path| *path != self.0);
+    }
+}
+
+/// From now on, an interrupted program leaves no unfinished file behind: it removes them and ends with
+/// [`INTERRUPTED`]. Where the system does not let it, they stay.
+pub fn tidy_up_when_interrupted() {
+    let _ = ctrlc::try_set_handler(|| {
+        // Kept until the end, so that no other is begun.
+        let unfinished = all_unfinished();
+        for path in unfinished.iter() {
+            let _ = fs::remove_file(path);
+        }
+        std::process::exit(INTERRUPTED);
+    });
+}
+
+/// The exit code of a program that Ctrl-C has ended, as shells have it.
+pub const INTERRUPTED: i32 = 130;
 
 #[cfg(test)]
 mod tests {

@@ -15,6 +15,8 @@
 //! | what the foot sends of it, and back again | [`walking_foot`], [`can_log`], [`decode`] |
 //! | the table, the picture, the summary | [`recordings::output`], [`plot`], [`summary`], put together by [`report`] |
 //! | a result becomes a file | [`files`] |
+//! | results as JSON: the parameters in force, the schemas | [`parameters`], [`schema`] |
+//! | what is said on standard error | [`messages`] |
 
 pub mod attitude;
 pub mod calibrate;
@@ -25,10 +27,13 @@ pub mod decode;
 pub mod error;
 pub mod evaluate;
 pub mod files;
+pub mod messages;
+pub mod parameters;
 pub mod plot;
 pub mod progress;
 pub mod replay;
 pub mod report;
+pub mod schema;
 pub mod summary;
 pub mod targets;
 pub mod walking_foot;

@@ -4,13 +4,14 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use footfall::commands::Arguments;
-use footfall::report::warn;
+use footfall::{files, messages};
 
 fn main() -> ExitCode {
+    files::tidy_up_when_interrupted();
     match Arguments::parse().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            warn(&error);
+            messages::error(&error);
             ExitCode::FAILURE
         }
     }

@@ -1,18 +1,20 @@
 //! What a command writes in the end: tables, picture, summary.
 
 use std::fmt::Display;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use estimator_core::ContactEstimate;
 use recordings::output::write_samples;
 use recordings::recording::Recording;
-use serde::Serialize;
 
 use crate::error::Error;
-use crate::files::write_file;
+use crate::files::{unless_closed, write_file};
 use crate::plot;
-use crate::summary::Summary;
+use crate::schema::{Described, Document};
+use crate::summary::{Summaries, Summary};
+
+pub use crate::messages::warn;
 
 /// How the summary is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,7 +61,7 @@ pub fn write_outputs(
         to.write_all(plot::svg(recording, estimates)?.as_bytes())
     })?;
     let files = [samples, plot].into_iter().chain(others);
-    let summary = Summary::of(recording, estimates);
+    let summary = Summaries::new(vec![Summary::of(recording, estimates)]);
     print(&summary, SummaryStyle::Text, files).map_err(Error::Print)
 }
 
@@ -68,39 +70,33 @@ pub fn write_outputs(
 /// # Errors
 /// Stdout cannot be written.
 pub fn print<'a>(
-    summary: &(impl Serialize + Display),
+    summary: &(impl Described + Display),
     style: SummaryStyle,
     written: impl IntoIterator<Item = &'a PathBuf>,
 ) -> io::Result<()> {
     match style {
         SummaryStyle::Silent => Ok(()),
         SummaryStyle::Json => print_json(summary),
-        SummaryStyle::Text => {
-            let mut stdout = io::stdout().lock();
+        SummaryStyle::Text => unless_closed(to_stdout(|stdout| {
             writeln!(stdout, "{summary}")?;
             for path in written {
                 writeln!(stdout, "written  {}", path.display())?;
             }
-            stdout.flush()
-        }
+            Ok(())
+        })),
     }
 }
 
-/// Writes a message to stderr: an error, or what was left out or reinterpreted. Where stderr is
-/// closed, the command goes on.
-pub fn warn(message: impl Display) {
-    let _ = writeln!(io::stderr(), "footfall: {message}");
-}
-
-/// Prints one JSON object.
+/// Prints one JSON object, with the version of the program and what describes the object. A number
+/// that is not finite is `null`.
 ///
 /// # Errors
 /// Stdout cannot be written.
-pub fn print_json(what: &impl Serialize) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    serde_json::to_writer_pretty(&mut stdout, what)?;
-    writeln!(stdout)?;
-    stdout.flush()
+pub fn print_json(what: &impl Described) -> io::Result<()> {
+    unless_closed(to_stdout(|stdout| {
+        serde_json::to_writer_pretty(&mut *stdout, &Document::of(what))?;
+        writeln!(stdout)
+    }))
 }
 
 /// Prints a text that ends its last line.
@@ -108,7 +104,11 @@ pub fn print_json(what: &impl Serialize) -> io::Result<()> {
 /// # Errors
 /// Stdout cannot be written.
 pub fn print_text(text: &str) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
+    unless_closed(to_stdout(|stdout| stdout.write_all(text.as_bytes())))
+}
+
+fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut stdout = BufWriter::new(io::stdout().lock());
+    content(&mut stdout)?;
     stdout.flush()
 }

@@ -4,16 +4,21 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
-use recordings::input::{Loaded, Repairs};
+use recordings::input::{Format, Loaded, Repairs};
 use recordings::plausible::Finding;
 use recordings::recording::{RecordedSample, Recording};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use scoring::metrics::{Latency, Metrics};
 use scoring::running::RunningMetrics;
 use scoring::scored::Scored;
 use serde::Serialize;
+use serde_json::json;
+
+use crate::parameters::Estimation;
+use crate::schema::map_of;
 
 /// The figures of one replay. `Display` is the summary for the terminal.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Summary {
     /// The recording's name, and the foot's where it has one.
     pub recording: String,
@@ -27,19 +32,38 @@ pub struct Summary {
     /// Sample rate, Hz.
     pub sample_rate_hz: f32,
     /// Share of the samples in each state, by [`Phase::name`], in [0, 1].
+    #[schemars(schema_with = "state_shares")]
     pub state_shares: BTreeMap<&'static str, f64>,
     /// Samples on which each flag was raised, by [`Flag::name`]; flags that never were are absent.
+    #[schemars(schema_with = "flag_counts")]
     pub flag_counts: BTreeMap<&'static str, usize>,
     /// Figures against the labels, where there are any.
     pub metrics: Option<Metrics>,
     /// What there is to say about the file that was read; absent where there was none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<InputReport>,
+    /// How it was estimated; absent where no file was read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimation: Option<Estimation>,
+}
+
+fn state_shares(_: &mut SchemaGenerator) -> Schema {
+    let share = json!({ "type": "number", "minimum": 0, "maximum": 1 });
+    map_of(Phase::ALL.map(Phase::name), &share)
+}
+
+fn flag_counts(_: &mut SchemaGenerator) -> Schema {
+    let count = json!({ "type": "integer", "minimum": 1 });
+    map_of(Flag::ALL.map(Flag::name), &count)
 }
 
 /// What there is to say about a file that was read.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct InputReport {
+    /// The file, as it was named.
+    pub file: String,
+    /// How it is laid out, by [`Format::name`].
+    pub format: &'static str,
     /// One sentence on each thing that was left out or reinterpreted.
     pub notices: Vec<String>,
     /// Rows left out because all six axes are blank in them.
@@ -53,24 +77,38 @@ pub struct InputReport {
 }
 
 /// One thing that is not plausible.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 pub struct FindingReport {
-    /// Its name, by [`Finding::name`].
+    /// Its name; docs/formats.md lists all.
     pub name: &'static str,
     /// The sentence for people.
     pub message: String,
 }
 
+/// A file that is read.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a> {
+    /// Its name, as it was given.
+    pub file: &'a str,
+    /// How it is laid out.
+    pub format: Format,
+}
+
 impl InputReport {
     /// Sums up a file that is in memory and what is not plausible about it.
     #[must_use]
-    pub fn of(loaded: &Loaded, findings: &[Finding]) -> Self {
-        Self::new(&loaded.notices, loaded.repairs, findings)
+    pub fn of(source: Source<'_>, loaded: &Loaded, findings: &[Finding]) -> Self {
+        Self::new(source, &loaded.notices, loaded.repairs, findings)
     }
 
     /// Sums up what was said about a file, what was repaired and what is not plausible.
     #[must_use]
-    pub fn new(notices: &[String], repairs: Repairs, findings: &[Finding]) -> Self {
+    pub fn new(
+        source: Source<'_>,
+        notices: &[String],
+        repairs: Repairs,
+        findings: &[Finding],
+    ) -> Self {
         let Repairs {
             blank_rows,
             dropped_rows,
@@ -81,6 +119,8 @@ impl InputReport {
             message: finding.to_string(),
         };
         Self {
+            file: source.file.to_owned(),
+            format: source.format.name(),
             notices: notices.to_vec(),
             blank_rows,
             dropped_rows,
@@ -91,10 +131,8 @@ impl InputReport {
 }
 
 /// The figures of all recordings and feet of one replay.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Summaries {
-    /// The version of the program.
-    pub version: &'static str,
     /// One for each foot of each recording.
     pub recordings: Vec<Summary>,
 }
@@ -103,10 +141,7 @@ impl Summaries {
     /// Of these.
     #[must_use]
     pub const fn new(recordings: Vec<Summary>) -> Self {
-        Self {
-            version: env!("CARGO_PKG_VERSION"),
-            recordings,
-        }
+        Self { recordings }
     }
 }
 
@@ -119,6 +154,22 @@ impl fmt::Display for Summaries {
             summary.fmt(f)?;
         }
         Ok(())
+    }
+}
+
+/// A report, and in JSON what there is to say about the files that were read.
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+pub struct WithInputs<R> {
+    /// The report.
+    #[serde(flatten)]
+    pub report: R,
+    /// By the name of the file.
+    pub inputs: BTreeMap<String, InputReport>,
+}
+
+impl<R: fmt::Display> fmt::Display for WithInputs<R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.report.fmt(f)
     }
 }
 
@@ -194,6 +245,7 @@ impl Tally {
                 .collect(),
             metrics: self.metrics.finish(),
             input: None,
+            estimation: None,
         }
     }
 }

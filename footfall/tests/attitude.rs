@@ -39,7 +39,7 @@ fn a_configuration_changes_the_filter() {
     let error = bench.error("attitude level.csv --config wrong.toml");
     assert_eq!(
         error,
-        "footfall: wrong.toml, key attitude.quiet_gain is 0.5, allowed is 1 to 10000\n"
+        "footfall: wrong.toml, line 2, column 1, key attitude.quiet_gain is 0.5, allowed is 1 to 10000\n"
     );
 }
 

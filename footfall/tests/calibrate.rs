@@ -4,34 +4,13 @@ mod common;
 
 use std::fs;
 
+use common::feet::{csv, lying};
 use common::{AXES, Bench, read};
 use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
 use footfall::config::Overrides;
-use gait::{GaitName, Ground, Plan, SensorParams, record};
+use gait::GaitName;
 use recordings::input::{self, Format, Hints};
-use recordings::output::write_recording;
 use recordings::replay::replay_and_learn;
-
-fn csv(gait: GaitName, seconds: f64) -> Vec<u8> {
-    let plan = Plan::steady(gait, Ground::Hard, seconds, 3);
-    let recording = record(&plan, &SensorParams::LSM6DSOX, 3);
-    let mut bytes = Vec::new();
-    write_recording(&recording.samples, &mut bytes).expect("memory is enough");
-    bytes
-}
-
-/// A sensor in g times `unit` that lies still on some of its six sides, two seconds each.
-fn lying(sides: usize, unit: f64) -> String {
-    let mut rows = String::new();
-    for k in 0..sides * 200 {
-        let side = k / 200;
-        let mut force = [0.1, -0.05, 0.08];
-        force[side / 2] += unit * if side % 2 == 0 { 1.0 } else { -1.0 };
-        let [x, y, z] = force;
-        rows += &format!("{:.2},{x},{y},{z},0.01,0,-0.02\n", k as f64 * 0.01);
-    }
-    format!("t,{AXES}\n{rows}")
-}
 
 /// What a configuration file starts with.
 fn learnt(bench: &Bench, file: &str) -> Learnt {
@@ -156,11 +135,12 @@ fn a_refused_parameter_is_named_as_in_a_replay() {
     };
     assert_eq!(
         complaint("decision.threshold = 2.0\n"),
-        "footfall: wrong.toml, key decision.threshold is 2, allowed is 0.01 to 0.99\n"
+        "footfall: wrong.toml, line 1, column 10, key decision.threshold is 2, allowed is 0.01 to 0.99\n"
     );
     assert!(
-        complaint("[half_width]\nacceleration_m_s2 = 1.0\n")
-            .starts_with("footfall: wrong.toml, key half_width has an effect with method"),
+        complaint("[half_width]\nacceleration_m_s2 = 1.0\n").starts_with(
+            "footfall: wrong.toml, line 1, column 2, key half_width has an effect with method"
+        ),
     );
 }
 

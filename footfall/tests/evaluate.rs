@@ -4,61 +4,11 @@ mod common;
 
 use std::fs;
 
+use common::labelled::bench;
 use common::{Bench, read};
-use recordings::input::pce::LabelScheme;
 use scoring::method::Method;
-use scoring::sets::{File, Layout, Set, files};
+use scoring::sets::{Set, files};
 use serde_json::Value;
-
-/// A bench with recordings in a folder `data`: standing and swinging by turns.
-fn bench() -> Bench {
-    let bench = Bench::new();
-    for file in files() {
-        let path = bench.path("data").join(file.path);
-        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
-        fs::write(path, content(&file)).expect("a recording");
-    }
-    bench
-}
-
-fn content(file: &File) -> String {
-    let (header, per_turn) = match file.layout {
-        Layout::Robot(LabelScheme::StableOrNot) => ("", 300),
-        Layout::Robot(LabelScheme::ContactClass) => ("", 30),
-        Layout::Walk => ("t,ax,ay,az,wx,wy,wz,speed,label\n", 60),
-    };
-    let row = |k: u32| {
-        let noise = 0.02 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
-        let stands = (k / per_turn).is_multiple_of(2);
-        let [wrench, motion] = if stands {
-            let motion = [noise, noise, 0.0, 0.0, 0.0, 0.0];
-            [[1.0, 2.0, 800.0, 3.0, 4.0, 5.0], motion]
-        } else {
-            let a = if k.is_multiple_of(2) { 8.0 } else { -8.0 };
-            [[0.0; 6], [a, 7.0, 6.0, 3.0, 2.0, noise]]
-        };
-        match file.layout {
-            Layout::Robot(scheme) => {
-                let label = match (scheme, stands) {
-                    (LabelScheme::StableOrNot, true) | (LabelScheme::ContactClass, false) => 1,
-                    (LabelScheme::StableOrNot, false) | (LabelScheme::ContactClass, true) => 0,
-                };
-                format!("{},{},{label}\n", cells(wrench), cells(motion))
-            }
-            Layout::Walk => {
-                let [ax, ay, az, wx, wy, wz] = motion;
-                let force = cells([ax, ay, az - 9.81, wx, wy, wz]);
-                let time = f64::from(k) / 200.0;
-                format!("{time},{force},0.0,{}\n", i32::from(stands))
-            }
-        }
-    };
-    header.to_owned() + &(0..per_turn * 20).map(row).collect::<String>()
-}
-
-fn cells(values: [f64; 6]) -> String {
-    values.map(|value| value.to_string()).join(",")
-}
 
 fn array<'a>(value: &'a Value, name: &str) -> &'a Vec<Value> {
     value[name].as_array().expect(name)

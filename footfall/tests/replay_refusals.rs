@@ -265,7 +265,7 @@ fn a_parameter_out_of_its_range_is_named_with_value_and_range() {
     fs::write(bench.path("robot.toml"), "decision.threshold = 1.5\n").expect("a file");
     assert_eq!(
         bench.error("replay x.csv --config robot.toml"),
-        "footfall: robot.toml, key decision.threshold is 1.5, allowed is 0.01 to 0.99\n"
+        "footfall: robot.toml, line 1, column 10, key decision.threshold is 1.5, allowed is 0.01 to 0.99\n"
     );
     assert_eq!(
         complaint(standing(), "--preset paper --window=-5ms"),
@@ -284,11 +284,9 @@ fn half_widths_without_their_method_are_refused_with_what_to_do() {
     let bench = Bench::with("x.csv", standing());
     let table = "[half_width]\nangular_rate_rad_s = 0.1\n";
     fs::write(bench.path("robot.toml"), table).expect("a file");
-    assert!(
-        bench
-            .error("replay x.csv --config robot.toml")
-            .starts_with("footfall: robot.toml, key half_width has an effect with method"),
-    );
+    assert!(bench.error("replay x.csv --config robot.toml").starts_with(
+        "footfall: robot.toml, line 1, column 2, key half_width has an effect with method"
+    ),);
     bench.stdout("replay x.csv --config robot.toml --preset paper");
 }
 
@@ -303,7 +301,8 @@ fn a_warm_start_out_of_its_range_is_named_with_value_and_range() {
     fs::write(bench.path("robot.toml"), text).expect("a file");
     assert_eq!(
         bench.error("replay x.csv --config robot.toml"),
-        "footfall: robot.toml, key learnt.acceleration.moving is -2, allowed is -1 to 9.3\n"
+        "footfall: robot.toml, line 5, column 30, key learnt.acceleration.moving is -2, allowed \
+         is -1 to 9.3\n"
     );
 }
 
@@ -316,12 +315,12 @@ fn a_wrong_configuration_file_is_an_error_that_names_file_line_and_key() {
     };
     assert_eq!(
         complaint("[decision]\nthresold = 0.6\n"),
-        "footfall: robot.toml, line 2, key decision.thresold: unknown field `thresold`, \
-         expected one of `threshold`, `on_delay_s`, `off_delay_s`\n"
+        "footfall: robot.toml, line 2, column 1, key decision.thresold: unknown field `thresold`, \
+         expected one of `threshold`, `on_delay_s`, `off_delay_s`; did you mean decision.threshold?\n"
     );
     assert_eq!(
         complaint("window = '50'\n"),
-        "footfall: robot.toml, line 1, key window: \"50\" is no window: write a duration such \
+        "footfall: robot.toml, line 1, column 10, key window: \"50\" is no window: write a duration such \
          as 50ms or a count such as 50samples\n"
     );
     assert_eq!(
@@ -338,7 +337,7 @@ fn a_wrong_option_is_an_error_that_says_how_to_write_it() {
             "--window 50",
             "write a duration such as 50ms or a count such as 50samples",
         ),
-        ("--gravity maybe", "neither \"included\" nor \"removed\""),
+        ("--gravity maybe", "possible values: included, removed"),
         ("--sample-rate -5", "write a number of Hz above 0"),
         (
             "--format xml",

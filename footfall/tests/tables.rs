@@ -469,8 +469,8 @@ fn options_that_mean_nothing_are_answered_with_those_that_do() {
             "--units=mph",
             "\"mph\" is no unit: write m/s2 or g, and rad/s or dps",
         ),
-        ("--time-unit=min", "write s, ms, us or ns"),
-        ("--times=fix", "none of keep, drop-bad and rate"),
+        ("--time-unit=min", "possible values: s, ms, us, ns"),
+        ("--times=fix", "possible values: keep, drop-bad, rate"),
         ("--map=ax", "write OURS=THEIRS"),
     ] {
         let stderr = bench.error(&format!("replay x.csv {option}"));

@@ -9,7 +9,6 @@
 //! | what cannot be right about it | [`plausible`] |
 //! | the estimator runs over it | [`replay`] |
 //! | samples and estimates become a table | [`output`], `parquet_output` |
-//! | samples and estimates become a table | [`output`] |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
 //! | the names of validities in both kinds of files | [`validity`] |
 //! | numbers in messages | [`number`] |

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use recordings::recording::Label;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::error::Error;
@@ -16,7 +17,7 @@ use crate::scored::Scored;
 use crate::sets::{Family, Pool, Set};
 
 /// What was recorded.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct About {
     /// The set.
     pub set: Set,
@@ -33,7 +34,7 @@ pub struct About {
 }
 
 /// A method's figures on one set.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct OnSet {
     /// The set.
     pub set: Set,
@@ -48,7 +49,7 @@ pub struct OnSet {
 }
 
 /// A method's figures on the samples of several sets together.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct OnPool {
     /// Which.
     pub pool: Pool,
@@ -57,7 +58,7 @@ pub struct OnPool {
 }
 
 /// A method with all of its figures.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Evaluated {
     /// The method.
     pub method: Method,
@@ -74,7 +75,7 @@ pub struct Evaluated {
 }
 
 /// Every method on every set.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Evaluation {
     /// The sets, in the order of [`Set::ALL`].
     pub sets: Vec<About>,

@@ -4,6 +4,7 @@
 //! observed by an IMU on a foot, and gravity is taken out by inclination alone.
 
 use estimator_core::{ContactEstimate, Quaternion};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use recordings::recording::Recording;
@@ -20,7 +21,7 @@ pub fn inclination_error_degrees(estimate: Quaternion, truth: Rotation) -> f64 {
 }
 
 /// The inclination errors of one recording.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct InclinationScore {
     /// The recording's name.
     pub recording: String,

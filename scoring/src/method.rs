@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use estimator_core::{ContactEstimate, Gravity, Learning, Params, ParamsError, WindowLength};
 use recordings::replay::{replay, replay_and_learn};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::labelled::Labelled;
@@ -15,7 +16,7 @@ use crate::window::PAPER_WINDOW;
 use crate::{authors, fuzzy, left_out};
 
 /// A method that is compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// This estimator, default preset.
@@ -49,7 +50,7 @@ pub enum Method {
 }
 
 /// Whether a method sees the future.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Causality {
     /// A robot can run it.
@@ -59,7 +60,7 @@ pub enum Causality {
 }
 
 /// What a method knew of a recording before it was scored on it, for tables.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Knowledge {
     /// What was learnt from other labels or without any, and from which recordings.
     pub learnt: String,

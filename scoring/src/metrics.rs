@@ -4,29 +4,30 @@
 //! [`DECISION_THRESHOLD`](crate::scored::DECISION_THRESHOLD) counts as the answer "stable".
 
 use recordings::recording::Label;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::reliability::calibration_error;
 use crate::scored::Scored;
 
 /// Every figure of merit at once.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Metrics {
     /// How many samples have a label.
     pub labelled_samples: usize,
-    /// See [`brier_score`]; its root.
+    /// Root of the Brier score, in [0, 1], best 0.
     pub rmse: f64,
-    /// See [`brier_score`].
+    /// Mean of (P − label)², in [0, 1], best 0: [`brier_score`].
     pub brier_score: f64,
-    /// See [`roc_auc`].
+    /// Area under the ROC curve, in [0, 1], best 1: [`roc_auc`].
     pub roc_auc: Option<f64>,
-    /// See [`f1`].
+    /// F1 of the answer "stable" at P above 0.5, in [0, 1], best 1: [`f1`].
     pub f1_at_0_5: Option<f64>,
     /// From the label turning stable until the answer is "stable".
     pub latency_on: Latency,
     /// From the label turning not stable until the answer is "not stable".
     pub latency_off: Latency,
-    /// See [`calibration_error`].
+    /// Expected calibration error, in [0, 1], best 0: [`calibration_error`].
     pub calibration_error: f64,
 }
 
@@ -139,7 +140,7 @@ pub fn best_f1(scored: &[Scored]) -> Option<f64> {
 }
 
 /// How fast the answer follows the label.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 pub struct Latency {
     /// Median over the transitions that were followed, s; `None` where there was none.
     pub median_s: Option<f64>,

@@ -1,6 +1,7 @@
 //! The figures of a method on one recording, on several together, and their mean over sets.
 
 use recordings::recording::Label;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::metrics::{Latency, best_f1, brier_score, f1, latency_over, roc_auc};
@@ -19,7 +20,7 @@ pub struct Answers {
 
 /// Figures of merit about samples, each as [`metrics`](crate::metrics) and
 /// [`reliability`](crate::reliability) define it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Scores {
     /// Root of the Brier score.
     pub rmse: f64,
@@ -62,7 +63,7 @@ impl Scores {
 }
 
 /// All figures of merit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Figures {
     /// How many samples were scored.
     pub samples: usize,

@@ -4,6 +4,7 @@
 //! so that a constant found on one of them says little about how it does elsewhere: a fair one comes
 //! from another family ([`teaching`](crate::teaching)).
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use gait::plan::DEMO_SEED;
@@ -28,7 +29,7 @@ const SLIPS_STEP: usize = 31;
 const SLIPS_SEED: u64 = 3000;
 
 /// Sets that share their robots, sensors or labels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Family {
     /// The simulated robot of the method's authors; labels come from the friction cone.
@@ -55,7 +56,7 @@ impl Family {
 }
 
 /// Recordings that are scored as one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Set {
     /// ATLAS on a floor with grip.
@@ -170,7 +171,7 @@ impl Set {
 }
 
 /// Sets whose samples are also scored together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pool {
     /// The three sets of ATLAS.

@@ -10,6 +10,7 @@ use estimator_core::{
     ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError, StillnessParams, Vec3,
 };
 use recordings::recording::Recording;
+use schemars::JsonSchema;
 use serde::Serialize;
 use wire::dictionary::index;
 
@@ -34,7 +35,7 @@ pub struct LearntCalibration {
 }
 
 /// A recording that was learnt from.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct LearntFrom {
     /// Its name.
     pub recording: String,
@@ -228,7 +229,7 @@ fn rounded_down(seconds: f32) -> f32 {
 }
 
 /// What was learnt of a foot. `Display` is the report for the terminal.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct LearntFoot {
     /// What was learnt from, in order.
     pub recordings: Vec<LearntFrom>,
@@ -251,7 +252,7 @@ pub struct LearntFoot {
 }
 
 /// One quantity's amplitudes, in its unit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct QuantityReport {
     /// Its name, as in a configuration file.
     pub quantity: &'static str,

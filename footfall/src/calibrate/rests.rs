@@ -1,6 +1,7 @@
 //! Still stretches in a recording: what the sensor read in each.
 
 use estimator_core::{RestParams, Validity, Vec3};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use recordings::recording::{RecordedSample, Recording};
@@ -21,7 +22,7 @@ const RATE_TOLERANCE: f64 = 0.03;
 const SWAY: f64 = 0.03;
 
 /// A still stretch.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Rest {
     /// When it begins on the recording's clock, s.
     pub start_s: f64,

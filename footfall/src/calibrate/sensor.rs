@@ -14,6 +14,7 @@ use estimator_core::Gravity;
 use gait::sensor::{GRAVITY, MILLI_DPS, MILLI_G};
 use recordings::recording::Recording;
 use recordings::space::Vector;
+use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
 use wire::dictionary::index;
@@ -105,7 +106,7 @@ const AXES: [&str; 3] = ["ax", "ay", "az"];
 
 /// What is wrong with a sensor, and what that follows from. `Display` is the report for the
 /// terminal.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct SensorCalibration {
     /// Different orientations among the rests.
     pub orientations: usize,

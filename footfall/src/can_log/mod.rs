@@ -20,6 +20,7 @@ mod text;
 use std::fmt;
 
 use estimator_core::Timestamp;
+use schemars::JsonSchema;
 use serde::Serialize;
 use wire::CanFrame;
 
@@ -100,7 +101,7 @@ pub enum Times {
 }
 
 /// A form of log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
     /// `candump -l`.

@@ -1,15 +1,15 @@
 //! `footfall calibrate`.
 
 use std::collections::BTreeMap;
-use std::fmt::{self, Display};
+use std::fmt::Display;
 use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
-use recordings::input::{Correction, Loaded};
+use recordings::input::{Correction, Format, Loaded};
 use recordings::plausible::{self, Finding};
-use serde::Serialize;
 
+use super::headings::{ESTIMATOR, OUTPUT};
 use super::recording::{Configuration, RecordingArguments};
 use crate::calibrate::CalibrationError;
 use crate::calibrate::learnt::LearntCalibration;
@@ -18,10 +18,12 @@ use crate::calibrate::sensor::SensorCalibration;
 use crate::config::ConfigError;
 use crate::error::Error;
 use crate::files::write_file;
+use crate::messages::detail;
 use crate::plot;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, warn};
-use crate::summary::InputReport;
+use crate::schema::Described;
+use crate::summary::{InputReport, Source, WithInputs};
 use crate::targets::{self, Target};
 
 /// What `footfall calibrate` takes.
@@ -32,35 +34,20 @@ pub struct CalibrateArguments {
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
     /// Find accelerometer bias and scale and gyroscope bias instead
-    #[arg(long, conflicts_with = "plot")]
+    #[arg(long, conflicts_with = "plot", help_heading = ESTIMATOR)]
     pub rests: bool,
     /// How they are read, and with which parameters.
     #[command(flatten)]
     pub recording: RecordingArguments,
     /// Write a file for --config: what --config set before, with what was found in its place
-    #[arg(long, value_name = "OUT.toml")]
+    #[arg(long, value_name = "OUT.toml", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
     /// Draw how the amplitudes are distributed at rest and in motion, which is an SVG
-    #[arg(long, value_name = "OUT.svg")]
+    #[arg(long, value_name = "OUT.svg", help_heading = OUTPUT)]
     pub plot: Option<PathBuf>,
-    /// Print the report as one JSON object
-    #[arg(long)]
+    /// Print the report as one JSON object; `footfall schema calibrate` describes it
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
-}
-
-/// A report, and in JSON what there is to say about the files that were read.
-#[derive(Serialize)]
-struct WithInputs<'a, R> {
-    #[serde(flatten)]
-    report: &'a R,
-    /// By the name of the file.
-    inputs: BTreeMap<String, InputReport>,
-}
-
-impl<R: Display> Display for WithInputs<'_, R> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.report.fmt(f)
-    }
 }
 
 impl CalibrateArguments {
@@ -86,7 +73,8 @@ impl CalibrateArguments {
         let mut calibration = None;
         for input in &self.inputs {
             let opened = progress::open(input, self.recording.format, &Bars::default())?;
-            let params = self.recording.params(configuration, opened.format());
+            let format = opened.format();
+            let params = self.recording.params(configuration, format);
             let file = input.display().to_string();
             let origins = configuration.origins(&file, self.recording.sample_rate, None);
             origins.check_effects(&params)?;
@@ -96,9 +84,20 @@ impl CalibrateArguments {
             };
             let loaded = opened.read(&hints)?;
             loaded.notices.iter().for_each(warn);
+            detail(format!(
+                "{file}: format {}, {} samples at {} Hz; {}",
+                format.name(),
+                loaded.recording.samples.len(),
+                loaded.recording.sample_rate,
+                self.recording.parameters_text(&params, format)
+            ));
             let findings = plausible::check(&loaded.recording);
             self.recording.report(&file, &findings)?;
-            inputs.insert(file.clone(), InputReport::of(&loaded, &findings));
+            let source = Source {
+                file: &file,
+                format,
+            };
+            inputs.insert(file.clone(), InputReport::of(source, &loaded, &findings));
             calibration
                 .add(&loaded.recording)
                 .map_err(|error| origins.explain(&error, &params))?;
@@ -113,50 +112,60 @@ impl CalibrateArguments {
             })?;
         }
         let report = WithInputs {
-            report: &foot,
+            report: foot,
             inputs,
         };
-        self.write_outputs(configuration, &report, |file| file.set_learnt(&foot))
+        self.write_outputs(configuration, &report, |file| {
+            file.set_learnt(&report.report);
+        })
     }
 
     fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
         let mut hints = self.recording.hints(configuration)?;
         // What was found before is replaced, not added to.
         hints.correction = Correction::NONE;
-        let loaded: Result<Vec<Loaded>, Error> = self
+        let loaded: Result<Vec<(Format, Loaded)>, Error> = self
             .inputs
             .iter()
             .map(|input| {
-                Ok(progress::open(input, self.recording.format, &Bars::default())?.read(&hints)?)
+                let opened = progress::open(input, self.recording.format, &Bars::default())?;
+                Ok((opened.format(), opened.read(&hints)?))
             })
             .collect();
         let loaded = loaded?;
         loaded
             .iter()
-            .flat_map(|loaded| &loaded.notices)
+            .flat_map(|(_, loaded)| &loaded.notices)
             .for_each(warn);
         let mut inputs = BTreeMap::new();
-        for (input, loaded) in self.inputs.iter().zip(&loaded) {
+        for (input, (format, loaded)) in self.inputs.iter().zip(&loaded) {
             let mut findings = plausible::check(&loaded.recording);
             // The sensor lies on each of its sides.
             findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
             let file = input.display().to_string();
             self.recording.report(&file, &findings)?;
-            inputs.insert(file, InputReport::of(loaded, &findings));
+            let source = Source {
+                file: &file,
+                format: *format,
+            };
+            let report = InputReport::of(source, loaded, &findings);
+            inputs.insert(file, report);
         }
-        let sensor = SensorCalibration::of(loaded.iter().map(|loaded| &loaded.recording))
+        let sensor = SensorCalibration::of(loaded.iter().map(|(_, loaded)| &loaded.recording))
             .map_err(CalibrationError::from)?;
         let report = WithInputs {
-            report: &sensor,
+            report: sensor,
             inputs,
         };
-        self.write_outputs(configuration, &report, |file| file.set_sensor(&sensor))
+        self.write_outputs(configuration, &report, |file| {
+            file.set_sensor(&report.report);
+        })
     }
 
     fn write_outputs(
         &self,
         configuration: &Configuration,
-        report: &(impl Serialize + Display),
+        report: &(impl Described + Display),
         set: impl FnOnce(&mut RobotFile),
     ) -> Result<(), Error> {
         if let Some(path) = &self.output {

@@ -11,6 +11,7 @@ use crate::decode::row::{write_header, write_row};
 use crate::decode::{self, DecodeError, Feet, Outcome, Report};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
+use crate::messages;
 use crate::report::{SummaryStyle, print, warn};
 use crate::targets::{self, Target};
 
@@ -65,11 +66,10 @@ impl DecodeArguments {
             return Err(error.into());
         }
         match (written, outcome) {
-            (Err(OutputError::Unwritable { source, .. }), _) if to_stdout => silent(Err(source)),
             (Err(error), _) => Err(error.into()),
             (Ok(()), Some(Outcome { report, notices })) if to_stdout => {
                 notices.iter().for_each(warn);
-                warn_of(&report);
+                messages::aside(&report);
                 Ok(())
             }
             (Ok(()), outcome) => outcome.map_or(Ok(()), |outcome| self.report(&outcome)),
@@ -109,22 +109,8 @@ impl DecodeArguments {
         } else {
             SummaryStyle::Text
         };
-        silent(print(report, style, &self.output))
+        print(report, style, &self.output).map_err(Error::Print)
     }
-}
-
-/// A standard output that is closed is none that fails: `footfall decode x.log | head -1`.
-fn silent(printed: io::Result<()>) -> Result<(), Error> {
-    match printed {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        printed => printed.map_err(Error::Print),
-    }
-}
-
-/// Writes the report to standard error.
-fn warn_of(report: &Report) {
-    // Where it is closed, the command goes on.
-    let _ = writeln!(io::stderr(), "{report}");
 }
 
 /// A node id, decimal or with 0x hexadecimal.

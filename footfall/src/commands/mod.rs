@@ -8,30 +8,58 @@
 //! | `evaluate` | [`evaluate`] |
 //! | `attitude` | [`attitude`] |
 //! | `calibrate` | [`calibrate`] |
+//! | `config` | [`config`] |
+//! | `schema` | [`schema`] |
+//! | `completions`, `man` | [`shell`] |
+//! | what options are grouped under, examples | [`headings`] |
 //! | what the commands that read recordings share | [`recording`] |
 
 pub mod attitude;
 pub mod calibrate;
+pub mod config;
 pub mod decode;
 pub mod demo;
 pub mod evaluate;
+pub mod headings;
 pub mod recording;
 pub mod replay;
+pub mod schema;
+pub mod shell;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgAction, Parser, Subcommand};
 
 use crate::error::Error;
+use crate::messages::{Verbosity, set_verbosity};
 use attitude::AttitudeArguments;
 use calibrate::CalibrateArguments;
+use config::ConfigArguments;
 use decode::DecodeArguments;
 use demo::DemoArguments;
 use evaluate::EvaluateArguments;
+use headings::{
+    CALIBRATE_EXAMPLES, COMPLETIONS_EXAMPLES, CONFIG_EXAMPLES, EXAMPLES, EXIT_CODES, MAN_EXAMPLES,
+    REPLAY_EXAMPLES,
+};
 use replay::ReplayArguments;
+use schema::SchemaArguments;
+use shell::{CompletionsArguments, ManArguments};
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = false)]
+#[command(
+    version,
+    arg_required_else_help = false,
+    max_term_width = 100,
+    after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}")
+)]
 pub struct Arguments {
+    /// Say nothing on standard error but errors
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say on standard error what was recognised, which parameters differ from the preset, and how long
+    /// it took
+    #[arg(short, long, global = true, action = ArgAction::SetTrue)]
+    pub verbose: bool,
     /// What to do; `demo` where nothing is said.
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -41,6 +69,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Replay a recording: probabilities to a table, a picture and a summary
+    #[command(after_help = REPLAY_EXAMPLES)]
     Replay(ReplayArguments),
     /// Make a walking foot with a simulated LSM6DSOX, estimate, and write that and what the foot
     /// sends of it; needs no files
@@ -56,7 +85,19 @@ pub enum Command {
     Attitude(AttitudeArguments),
     /// Let the estimator learn a foot from recordings, for a warm start; or with --rests find what is
     /// wrong with the sensor
+    #[command(after_help = CALIBRATE_EXAMPLES)]
     Calibrate(CalibrateArguments),
+    /// Show, check or explain what a configuration file may set
+    #[command(after_help = CONFIG_EXAMPLES)]
+    Config(ConfigArguments),
+    /// Print the JSON Schema of what a command prints with --json
+    Schema(SchemaArguments),
+    /// Print a script that completes commands and options in a shell
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArguments),
+    /// Print the manual page, or write one for each command
+    #[command(after_help = MAN_EXAMPLES)]
+    Man(ManArguments),
 }
 
 impl Arguments {
@@ -65,6 +106,11 @@ impl Arguments {
     /// # Errors
     /// The first thing that stands in the way.
     pub fn run(self) -> Result<(), Error> {
+        set_verbosity(match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Normal,
+        });
         let command = self
             .command
             .unwrap_or_else(|| Command::Demo(DemoArguments::default()));
@@ -75,6 +121,10 @@ impl Arguments {
             Command::Evaluate(arguments) => arguments.run(),
             Command::Attitude(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(),
+            Command::Config(arguments) => arguments.run(),
+            Command::Schema(arguments) => arguments.run(),
+            Command::Completions(arguments) => arguments.run(),
+            Command::Man(arguments) => arguments.run(),
         }
     }
 }

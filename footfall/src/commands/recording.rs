@@ -7,15 +7,19 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Params, WindowLength};
 use recordings::input::{
-    BagOptions, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times, Topics, Units,
+    BagOptions, Correction, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times, Topics,
+    Units,
 };
 use recordings::plausible::Finding;
 
+use super::headings::{ESTIMATOR, INPUT};
 use crate::config::{
-    ConfigError, Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate,
+    ConfigError, GRAVITIES, Origins, Overrides, Preset, RateOrigin, Refusal, parse_gravity,
+    parse_sample_rate,
 };
 use crate::error::Error;
-use crate::report::warn;
+use crate::messages::{error, warn};
+use crate::parameters::differences;
 
 /// How recordings are read and which parameters they are estimated with. Later wins: preset,
 /// configuration file, options.
@@ -23,19 +27,19 @@ use crate::report::warn;
 pub struct RecordingArguments {
     /// How the input is laid out; may be left out where a header names the columns (csv) or the first
     /// bytes show it (parquet, mcap, rosbag2)
-    #[arg(long, value_parser = format_parser())]
+    #[arg(long, value_parser = format_parser(), help_heading = INPUT)]
     pub format: Option<Format>,
     /// Where the parameters start from
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = ESTIMATOR)]
     pub preset: Preset,
     /// A TOML file with parameters that differ from the preset
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
     pub config: Option<PathBuf>,
     /// Sample rate, where the input does not tell or its nominal rate is wrong
-    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate)]
+    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate, help_heading = INPUT)]
     pub sample_rate: Option<f32>,
-    /// Whether the accelerations contain gravity: included or removed
-    #[arg(long, value_name = "included|removed", value_parser = parse_gravity)]
+    /// Whether the accelerations contain gravity
+    #[arg(long, value_parser = word_parser(GRAVITIES.map(|(word, _)| word), parse_gravity), help_heading = INPUT)]
     pub gravity: Option<Gravity>,
     /// How tables of others are read.
     #[command(flatten)]
@@ -45,7 +49,7 @@ pub struct RecordingArguments {
     pub bag: BagArguments,
     /// Fail where a recording is not plausible: wrong units, gravity that is there or not, a clock
     /// that jumps
-    #[arg(long)]
+    #[arg(long, help_heading = INPUT)]
     pub strict: bool,
 }
 
@@ -56,19 +60,20 @@ pub struct TableArguments {
     #[arg(
         long,
         value_name = "OURS=THEIRS,...",
+        help_heading = INPUT,
         help = "Columns that stand for ours, by their name or its last parts, such as \
                 t=stamp,ax=linear_acceleration.x; those of ROS, PlotJuggler and Unitree are known"
     )]
     pub map: Option<Mapping>,
     /// Units of the six axes where they are not m/s2,rad/s: g and dps
-    #[arg(long, value_name = "g,dps")]
+    #[arg(long, value_name = "g,dps", help_heading = INPUT)]
     pub units: Option<Units>,
-    /// Unit of the times where it is not s: ms, us or ns
-    #[arg(long, value_name = "s|ms|us|ns")]
+    /// Unit of the times, where it is not that of the column's name or s
+    #[arg(long, value_parser = word_parser(TimeUnit::ALL.map(TimeUnit::name), str::parse::<TimeUnit>), help_heading = INPUT)]
     pub time_unit: Option<TimeUnit>,
     /// Times that are not in order: keep (an error), drop-bad (leave those rows out) or rate (space
     /// all rows by the sample rate)
-    #[arg(long, value_name = "keep|drop-bad|rate")]
+    #[arg(long, value_parser = word_parser(["keep", "drop-bad", "rate"], str::parse::<Times>), hide_possible_values = true, help_heading = INPUT)]
     pub times: Option<Times>,
 }
 
@@ -88,11 +93,11 @@ impl TableArguments {
 pub struct BagArguments {
     /// The topic of a foot, of sensor_msgs/msg/Imu; several for several feet, or all. May be left
     /// out where there is only one
-    #[arg(long, value_name = "TOPIC|all")]
+    #[arg(long, value_name = "TOPIC|all", help_heading = INPUT)]
     pub topic: Vec<String>,
     /// The load of a foot: Float32, Float64, one of their MultiArrays, Wrench or WrenchStamped, such
     /// as /foot/wrench:force.z; once for each foot, in their order
-    #[arg(long, value_name = "TOPIC[:FIELD]")]
+    #[arg(long, value_name = "TOPIC[:FIELD]", help_heading = INPUT)]
     pub load_topic: Vec<LoadTopic>,
 }
 
@@ -120,6 +125,14 @@ fn format_parser() -> impl TypedValueParser<Value = Format> {
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Format>())
 }
 
+/// Reads one of some words; a word that is nearly one of them is answered with that.
+fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
+    words: [&'static str; N],
+    parse: fn(&str) -> Result<T, String>,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words).try_map(move |word| parse(&word))
+}
+
 impl RecordingArguments {
     /// Reports what is not plausible about a recording.
     ///
@@ -127,7 +140,13 @@ impl RecordingArguments {
     /// Anything is, and `--strict` is given.
     pub(super) fn report(&self, file: &str, findings: &[Finding]) -> Result<(), Error> {
         for finding in findings {
-            warn(format!("{file}: {finding}"));
+            let message = format!("{file}: {finding}");
+            // What a failure refers to is a part of it.
+            if self.strict {
+                error(message);
+            } else {
+                warn(message);
+            }
         }
         if self.strict && !findings.is_empty() {
             return Err(Error::Implausible {
@@ -143,6 +162,15 @@ impl RecordingArguments {
         let mut params = self.preset.params(format);
         configuration.overrides.apply(&mut params);
         params
+    }
+
+    /// The preset and what differs from it, in one line.
+    pub(super) fn parameters_text(&self, params: &Params, format: Format) -> String {
+        let preset = self.preset.name();
+        match differences(params, self.preset, format).as_str() {
+            "" => format!("all parameters are those of the preset {preset}"),
+            differences => format!("preset {preset}, but {differences}"),
+        }
     }
 
     /// What is known about the files beyond their format.
@@ -172,6 +200,13 @@ impl Configuration {
         }
     }
 
+    /// What the file says is wrong with the sensor.
+    pub(super) fn correction(&self) -> Result<Correction, Refusal> {
+        let file = self.name.as_deref().unwrap_or_default();
+        let correction = self.overrides.correction(file);
+        correction.map_err(|refusal| refusal.located(file, &self.text))
+    }
+
     /// What is known about a file beyond its format; options win over the configuration.
     pub(super) fn hints(
         &self,
@@ -181,9 +216,7 @@ impl Configuration {
         Ok(Hints {
             sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
             gravity: gravity.or(self.overrides.gravity),
-            correction: self
-                .overrides
-                .correction(self.name.as_deref().unwrap_or_default())?,
+            correction: self.correction()?,
             table: TableOptions::default(),
             bag: BagOptions::default(),
         })
@@ -198,6 +231,7 @@ impl Configuration {
     ) -> Origins<'a> {
         Origins {
             file: self.name.as_deref(),
+            text: &self.text,
             overrides: &self.overrides,
             window,
             recording,

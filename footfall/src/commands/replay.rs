@@ -3,16 +3,21 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use clap::Args;
-use estimator_core::WindowLength;
+use estimator_core::{Params, WindowLength};
 use recordings::events;
+use recordings::input::About;
 use recordings::output::{Feet, write_header};
 
+use super::headings::{ESTIMATOR, INPUT, OUTPUT};
 use super::recording::{Configuration, RecordingArguments};
-use crate::config::{parse_seconds, parse_window};
+use crate::config::{GRAVITIES, parse_seconds, parse_window, word_of};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
+use crate::messages::detail;
+use crate::parameters::{Estimation, ParametersReport};
 use crate::plot::page;
 use crate::plot::png::png;
 use crate::progress::{self, Bars};
@@ -20,7 +25,7 @@ use crate::replay::foot::{Picture, ReplayError, Replayed, Table, Wanted, replay}
 use crate::replay::jobs;
 use crate::replay::span::Span;
 use crate::report::{SummaryStyle, print, warn};
-use crate::summary::{InputReport, Summaries};
+use crate::summary::{InputReport, Source, Summaries, Summary};
 use crate::targets::{self, Drawing, Target};
 
 /// What `footfall replay` takes.
@@ -34,31 +39,31 @@ pub struct ReplayArguments {
     pub recording: RecordingArguments,
     /// Length of the window: a duration such as 50ms or a count such as 50samples; with half-widths
     /// only, as with --preset paper
-    #[arg(long, value_name = "LENGTH", value_parser = parse_window)]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_window, help_heading = ESTIMATOR)]
     pub window: Option<WindowLength>,
     /// Leave out what comes before this time since the first sample; the estimator sees it all the
     /// same
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub from: Option<f64>,
     /// Stop at this time since the first sample
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub to: Option<f64>,
     /// Write the estimates, one row per sample; `-` is standard output
-    #[arg(long, value_name = "OUT.csv")]
+    #[arg(long, value_name = "OUT.csv", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
     /// Write the events: touch-downs, lift-offs, and where slips begin and end, with their distance;
     /// `-` is standard output
-    #[arg(long, value_name = "OUT.csv")]
+    #[arg(long, value_name = "OUT.csv", help_heading = OUTPUT)]
     pub events: Option<PathBuf>,
     /// Draw it: as .html a page of all feet to zoom into, which needs no network; as .svg or .png a
     /// figure, of several feet one each, with the foot in its name
-    #[arg(long, value_name = "OUT.html|svg|png")]
+    #[arg(long, value_name = "OUT.html|svg|png", help_heading = OUTPUT)]
     pub plot: Option<PathBuf>,
-    /// Print the summary as one JSON object
-    #[arg(long)]
+    /// Print the summary as one JSON object; `footfall schema replay` describes it
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
     /// Estimate so many recordings at once; as many as there are cores where it is not given
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", help_heading = OUTPUT)]
     pub jobs: Option<NonZeroUsize>,
 }
 
@@ -67,6 +72,8 @@ struct Done {
     file: String,
     /// What is to be said about how it was read.
     notices: Vec<String>,
+    /// What was recognised.
+    details: Vec<String>,
     feet: Vec<Replayed>,
 }
 
@@ -92,8 +99,10 @@ impl ReplayArguments {
             let Done {
                 file,
                 notices,
+                details,
                 feet: replayed,
             } = one?;
+            details.iter().for_each(detail);
             notices.iter().for_each(warn);
             for foot in &replayed {
                 self.recording.report(&file, &foot.findings)?;
@@ -132,6 +141,7 @@ impl ReplayArguments {
         jobs: NonZeroUsize,
         bars: &Bars,
     ) -> Result<Done, Error> {
+        let started = Instant::now();
         let opened = progress::open(input, self.recording.format, bars)?;
         let format = opened.format();
         let mut params = self.recording.params(configuration, format);
@@ -140,7 +150,9 @@ impl ReplayArguments {
         }
         let file = input.display().to_string();
         let origins = configuration.origins(&file, self.recording.sample_rate, self.window);
-        let stored = opened.store_all(&self.recording.hints(configuration)?)?;
+        let hints = self.recording.hints(configuration)?;
+        let stored = opened.store_all(&hints)?;
+        let read = Instant::now();
         origins.check_effects(&params)?;
         let preset = self.recording.preset;
         let mut notices = Vec::new();
@@ -177,14 +189,42 @@ impl ReplayArguments {
                 other => Error::Replay(other),
             })?;
             let about = &stored.about;
-            let report = InputReport::new(&about.notices, about.repairs, &foot.findings);
+            let source = Source {
+                file: &file,
+                format,
+            };
+            let report = InputReport::new(source, &about.notices, about.repairs, &foot.findings);
             foot.summary.input = Some(report);
-            Ok::<_, Error>(foot)
+            foot.summary.estimation = Some(Estimation {
+                preset: preset.name(),
+                parameters: ParametersReport::of(&Params {
+                    sample_rate: about.sample_rate,
+                    gravity: about.gravity,
+                    ..params
+                }),
+                correction: (&hints.correction).into(),
+                learnt: foot.learnt.into(),
+            });
+            let recognised = recognised(about, &foot.summary);
+            Ok::<_, Error>((foot, recognised))
         });
+        let feet: Vec<_> = feet.into_iter().collect::<Result<_, _>>()?;
+        let (feet, mut details): (Vec<_>, Vec<_>) = feet.into_iter().unzip();
+        details.push(format!(
+            "{file}: format {}; {}",
+            format.name(),
+            self.recording.parameters_text(&params, format)
+        ));
+        details.push(format!(
+            "{file}: {:.2} s to read, {:.2} s to estimate",
+            (read - started).as_secs_f64(),
+            read.elapsed().as_secs_f64()
+        ));
         Ok(Done {
-            feet: feet.into_iter().collect::<Result<_, _>>()?,
+            feet,
             file,
             notices,
+            details,
         })
     }
 
@@ -222,6 +262,22 @@ impl ReplayArguments {
         let summaries = Summaries::new(feet.into_iter().map(|foot| foot.summary).collect());
         print(&summaries, style, &written).map_err(Error::Print)
     }
+}
+
+/// What a recording was recognised as.
+fn recognised(about: &About, summary: &Summary) -> String {
+    let gravity = word_of(&GRAVITIES, about.gravity);
+    let labelled = summary
+        .metrics
+        .as_ref()
+        .map_or(0, |metrics| metrics.labelled_samples);
+    format!(
+        "{}: {} samples, {:.3} s at {} Hz, gravity {gravity}, {labelled} with a label",
+        summary.recording,
+        about.samples,
+        about.duration_s(),
+        about.sample_rate,
+    )
 }
 
 /// Writes the page of all feet, or the figure of each, and says where.

@@ -29,6 +29,54 @@ pub struct GyroscopeOverrides {
     pub bias_rad_s: AngularRateAxes,
 }
 
+/// What a key of three axes may hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Limits {
+    pub key: &'static str,
+    pub axes: [&'static str; 3],
+    pub unit: &'static str,
+    pub least: f32,
+    pub most: f32,
+    /// What changes nothing.
+    pub none: f32,
+    pub meaning: &'static str,
+    /// Where a foot has them, in its object of the accelerometer.
+    pub subindices: &'static [u8],
+}
+
+pub(super) const ACCELEROMETER_BIAS: Limits = Limits {
+    key: "accelerometer.bias_m_s2",
+    axes: ["ax", "ay", "az"],
+    unit: "m/s²",
+    least: -5.0,
+    most: 5.0,
+    none: 0.0,
+    meaning: "what the accelerometer that recorded reads in free fall",
+    subindices: &[1, 2, 3],
+};
+
+pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
+    key: "accelerometer.scale",
+    axes: ["ax", "ay", "az"],
+    unit: "",
+    least: 0.5,
+    most: 2.0,
+    none: 1.0,
+    meaning: "by what its readings, without the bias, are multiplied",
+    subindices: &[4, 5, 6],
+};
+
+pub(super) const GYROSCOPE_BIAS: Limits = Limits {
+    key: "gyroscope.bias_rad_s",
+    axes: ["wx", "wy", "wz"],
+    unit: "rad/s",
+    least: -1.0,
+    most: 1.0,
+    none: 0.0,
+    meaning: "what the gyroscope that recorded reads at rest",
+    subindices: &[],
+};
+
 /// The correction that the keys of a file ask for.
 pub(super) fn correction(
     accelerometer: &AccelerometerOverrides,
@@ -41,40 +89,36 @@ pub(super) fn correction(
         gyroscope_bias,
     } = &mut correction;
     let AccelerationAxes { ax, ay, az } = &accelerometer.bias_m_s2;
+    let AccelerationAxes {
+        ax: sx,
+        ay: sy,
+        az: sz,
+    } = &accelerometer.scale;
     let AngularRateAxes { wx, wy, wz } = &gyroscope.bias_rad_s;
-    for (part, key, value, limit) in [
-        (&mut bias.x, "accelerometer.bias_m_s2.ax", ax, 5.0),
-        (&mut bias.y, "accelerometer.bias_m_s2.ay", ay, 5.0),
-        (&mut bias.z, "accelerometer.bias_m_s2.az", az, 5.0),
-        (&mut gyroscope_bias.x, "gyroscope.bias_rad_s.wx", wx, 1.0),
-        (&mut gyroscope_bias.y, "gyroscope.bias_rad_s.wy", wy, 1.0),
-        (&mut gyroscope_bias.z, "gyroscope.bias_rad_s.wz", wz, 1.0),
+    for (limits, vector, values) in [
+        (&ACCELEROMETER_BIAS, bias, [ax, ay, az]),
+        (&ACCELEROMETER_SCALE, scale, [sx, sy, sz]),
+        (&GYROSCOPE_BIAS, gyroscope_bias, [wx, wy, wz]),
     ] {
-        if let Some(value) = *value {
-            *part = checked(file, key, value, -limit, limit)?;
-        }
-    }
-    let AccelerationAxes { ax, ay, az } = &accelerometer.scale;
-    for (part, key, value) in [
-        (&mut scale.x, "accelerometer.scale.ax", ax),
-        (&mut scale.y, "accelerometer.scale.ay", ay),
-        (&mut scale.z, "accelerometer.scale.az", az),
-    ] {
-        if let Some(value) = *value {
-            *part = checked(file, key, value, 0.5, 2.0)?;
+        let parts = [&mut vector.x, &mut vector.y, &mut vector.z];
+        for ((part, value), axis) in parts.into_iter().zip(values).zip(limits.axes) {
+            if let Some(value) = *value {
+                *part = limits.checked(file, axis, value)?;
+            }
         }
     }
     Ok(correction)
 }
 
-fn checked(file: &str, key: &str, value: f32, min: f32, max: f32) -> Result<f32, Refusal> {
-    if (min..=max).contains(&value) {
-        Ok(value)
-    } else {
-        let [is, low, high] = [value, min, max].map(shown);
-        Err(Refusal::new(format!(
-            "{file}: {key} is {is}, allowed is {low} to {high}"
-        )))
+impl Limits {
+    fn checked(&self, file: &str, axis: &str, value: f32) -> Result<f32, Refusal> {
+        if (self.least..=self.most).contains(&value) {
+            return Ok(value);
+        }
+        let key = format!("{}.{axis}", self.key);
+        let [is, low, high] = [value, self.least, self.most].map(shown);
+        let sentence = format!("{file}: {key} is {is}, allowed is {low} to {high}");
+        Err(Refusal::new(sentence).of_key(key))
     }
 }
 

@@ -2,10 +2,11 @@
 
 use estimator_core::Learnt;
 use estimator_core::stillness::Classes;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What [`Learnt`] holds, under the same names. Numbers read back as the same f32.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+/// What a foot has learnt, as [`Learnt`] has it. Numbers read back as the same f32.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearntValues {
     /// Stillness that was learnt from, s.
@@ -22,8 +23,8 @@ pub struct LearntValues {
     pub velocity: ClassesValues,
 }
 
-/// What [`Classes`] holds; natural logarithms of amplitudes in m/s² or rad/s.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+/// What a foot has learnt of one quantity, as [`Classes`] has it: natural logarithms of amplitudes in m/s² or rad/s.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClassesValues {
     /// Mean in stillness.
@@ -43,6 +44,42 @@ impl From<LearntValues> for Learnt {
             still_seconds: values.still_seconds,
             moving_seconds: values.moving_seconds,
             idle_seconds: values.idle_seconds,
+        }
+    }
+}
+
+impl From<Learnt> for LearntValues {
+    fn from(learnt: Learnt) -> Self {
+        let Learnt {
+            acceleration,
+            rate,
+            velocity,
+            still_seconds,
+            moving_seconds,
+            idle_seconds,
+        } = learnt;
+        Self {
+            still_seconds,
+            moving_seconds,
+            idle_seconds,
+            acceleration: acceleration.into(),
+            rate: rate.into(),
+            velocity: velocity.into(),
+        }
+    }
+}
+
+impl From<Classes> for ClassesValues {
+    fn from(classes: Classes) -> Self {
+        let Classes {
+            still,
+            moving,
+            width,
+        } = classes;
+        Self {
+            still,
+            moving,
+            width,
         }
     }
 }

@@ -76,8 +76,12 @@
 
 mod axes;
 mod correction;
+mod example;
+mod keys;
 mod learnt;
+mod nearest;
 mod numbers;
+mod position;
 mod preset;
 mod refusal;
 mod value;
@@ -91,13 +95,17 @@ use thiserror::Error;
 
 pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
 pub use correction::{AccelerometerOverrides, GyroscopeOverrides};
+pub use example::{example, explain};
+pub use keys::{Key, keys};
 pub use learnt::{ClassesValues, LearntValues};
 pub use numbers::Numbers;
+pub use position::Position;
 pub use preset::Preset;
 pub use refusal::{Origins, RateOrigin, Refusal};
 pub use value::{
-    parse_gravity, parse_gyro_timing, parse_learning, parse_method, parse_sample_rate,
-    parse_seconds, parse_window,
+    GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_gravity, parse_gyro_timing,
+    parse_learning, parse_method, parse_sample_rate, parse_seconds, parse_window, window_text,
+    word_of,
 };
 
 use value::checked_sample_rate;
@@ -158,12 +166,12 @@ pub enum ConfigError {
         source: io::Error,
     },
     /// It does not say anything that can be set, or says it wrongly.
-    #[error("{file}, line {line}{}: {message}", key.as_ref().map(|key| format!(", key {key}")).unwrap_or_default())]
+    #[error("{file}, {position}{}: {message}", key.as_ref().map(|key| format!(", key {key}")).unwrap_or_default())]
     Wrong {
         /// The file, as it was named.
         file: String,
-        /// The line, from 1.
-        line: usize,
+        /// Where in it.
+        position: Position,
         /// The key with the table it stands in, where the line has one.
         key: Option<String>,
         /// What is wrong.
@@ -179,13 +187,14 @@ impl Overrides {
     pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
         toml::from_str(text).map_err(|error| {
             let start = error.span().map_or(0, |span| span.start.min(text.len()));
-            let lines_before = text.as_bytes()[..start].iter().filter(|b| **b == b'\n');
-            let line = lines_before.count() + 1;
+            let position = Position::of_byte(text, start);
+            let key = key_on_line(text, position.line);
+            let message = error.message().trim().replace('\n', ", ");
             ConfigError::Wrong {
                 file: file.to_owned(),
-                line,
-                key: key_on_line(text, line),
-                message: error.message().trim().replace('\n', ", "),
+                position,
+                message: with_suggestion(&message, key.as_deref()),
+                key,
             }
         })
     }
@@ -252,6 +261,25 @@ fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Learnin
 
 fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Gravity>, D::Error> {
     word(deserializer, parse_gravity)
+}
+
+/// A message about an unknown key, with those that may have been meant; any other as it is. `key` is
+/// the one on its line.
+fn with_suggestion(message: &str, key: Option<&str>) -> String {
+    let unknown = message.strip_prefix("unknown field `");
+    let Some((unknown, _)) = unknown.and_then(|rest| rest.split_once('`')) else {
+        return message.to_owned();
+    };
+    let path = match key {
+        // A line has the key, or it is in a table on the line.
+        Some(key) if key.split('.').any(|part| part == unknown) => key.to_owned(),
+        Some(key) => format!("{key}.{unknown}"),
+        None => unknown.to_owned(),
+    };
+    match nearest::nearest(&path) {
+        none if none.is_empty() => message.to_owned(),
+        nearest => format!("{message}; did you mean {}?", nearest::or(&nearest)),
+    }
 }
 
 /// The key that stands on a line (from 1), with the table it is in.

@@ -19,6 +19,15 @@ pub enum Preset {
 }
 
 impl Preset {
+    /// Its name, as `--preset` takes it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Default => "default",
+            Self::Paper => "paper",
+        }
+    }
+
     /// The parameters for recordings of a format; the load trigger is in the unit of its load.
     /// Sample rate and gravity are the recording's to say, so those in here mean nothing.
     #[must_use]

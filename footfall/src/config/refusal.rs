@@ -6,13 +6,18 @@ use recordings::number::shown;
 use thiserror::Error;
 
 use super::numbers::Written;
+use super::position::Position;
 use super::{Overrides, SensorOverrides};
 
 /// Why the parameters that preset, configuration file, recording and options add up to are not
 /// valid: one sentence that names what set the parameter, its value, unit and range.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("{0}")]
-pub struct Refusal(String);
+#[error("{sentence}")]
+pub struct Refusal {
+    sentence: String,
+    /// The key, where the sentence begins with the file and does not say where in it.
+    key: Option<String>,
+}
 
 /// Where the sample rate comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +35,8 @@ pub enum RateOrigin {
 pub struct Origins<'a> {
     /// The configuration file's name, or nothing.
     pub file: Option<&'a str>,
+    /// Its text.
+    pub text: &'a str,
     /// What it sets.
     pub overrides: &'a Overrides,
     /// The window's option, where it was given.
@@ -42,7 +49,30 @@ pub struct Origins<'a> {
 
 impl Refusal {
     pub(super) const fn new(sentence: String) -> Self {
-        Self(sentence)
+        Self {
+            sentence,
+            key: None,
+        }
+    }
+
+    pub(super) fn of_key(self, key: String) -> Self {
+        Self {
+            key: Some(key),
+            ..self
+        }
+    }
+
+    /// With the place of the key in the text of the file.
+    #[must_use]
+    pub fn located(self, file: &str, text: &str) -> Self {
+        let position = self
+            .key
+            .as_deref()
+            .and_then(|key| Position::of_key(text, key));
+        match (position, self.sentence.strip_prefix(file)) {
+            (Some(position), Some(rest)) => Self::new(format!("{file}, {position}{rest}")),
+            _ => self,
+        }
     }
 }
 
@@ -72,7 +102,7 @@ impl Origins<'_> {
         } else {
             return Ok(());
         };
-        Err(Refusal(format!(
+        Err(Refusal::new(format!(
             "{set} has an effect with method = \"half_widths\" only, and the method is \
              \"self_calibrating\", which needs no half-widths: {way}, or set method = \
              \"half_widths\" in the configuration"
@@ -82,7 +112,7 @@ impl Origins<'_> {
     /// Says `error`, which `params` caused, by the options or keys that set them.
     #[must_use]
     pub fn explain(&self, error: &ParamsError, params: &Params) -> Refusal {
-        Refusal(match error {
+        Refusal::new(match error {
             ParamsError::WindowLength { samples, capacity } => format!(
                 "{} comes to {samples} samples at this sample rate, allowed is 1 to {capacity}",
                 self.window_name()
@@ -151,13 +181,15 @@ impl Origins<'_> {
 
     fn key_name(&self, name: &Name) -> String {
         let axis = name.axis.map(|axis| format!(" ({axis})"));
-        self.in_file(&(name.key.clone() + &axis.unwrap_or_default()))
+        self.in_file(&name.key) + &axis.unwrap_or_default()
     }
 
     fn in_file(&self, key: &str) -> String {
-        match self.file {
-            Some(file) => format!("{file}, key {key}"),
-            None => format!("the preset's {key}"),
+        let position = Position::of_key(self.text, key);
+        match (self.file, position) {
+            (Some(file), Some(position)) => format!("{file}, {position}, key {key}"),
+            (Some(file), None) => format!("{file}, key {key}"),
+            (None, _) => format!("the preset's {key}"),
         }
     }
 
@@ -174,14 +206,14 @@ impl Origins<'_> {
 }
 
 /// A field of the estimator's parameters as a configuration file calls it.
-struct Name {
-    key: String,
+pub(super) struct Name {
+    pub key: String,
     axis: Option<&'static str>,
     written: Written,
 }
 
 impl Name {
-    fn of(field: &str) -> Self {
+    pub fn of(field: &str) -> Self {
         let written = Written::of(field);
         let (table, last) = field.rsplit_once('.').unwrap_or(("", field));
         if let Some(axis) = Axis::ALL.iter().position(|axis| axis.name() == last) {
@@ -222,6 +254,7 @@ mod tests {
         params.window = window.unwrap_or(params.window);
         let origins = Origins {
             file: Some("c.toml"),
+            text: "",
             overrides: &overrides,
             window,
             recording: "x.csv",
@@ -315,6 +348,25 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_key_is_named_with_its_place_in_the_file() {
+        let text = "\n[decision]\n  threshold = 2\n";
+        let (overrides, params) = applied(text);
+        let origins = Origins {
+            file: Some("c.toml"),
+            text,
+            overrides: &overrides,
+            window: None,
+            recording: "x.csv",
+            sample_rate: RateOrigin::Configuration,
+        };
+        let error = params.validate::<CAPACITY>().unwrap_err();
+        assert_eq!(
+            origins.explain(&error, &params).to_string(),
+            "c.toml, line 3, column 3, key decision.threshold is 2, allowed is 0.01 to 0.99"
+        );
+    }
+
     /// A file that sets what was learnt, all of it the same but for one change.
     fn with_learnt(from: &str, to: &str) -> String {
         let classes = "{ still = -1, moving = 1, width = 0.5 }";
@@ -363,6 +415,7 @@ mod tests {
             let (overrides, params) = applied(text);
             let origins = Origins {
                 file: Some("c.toml"),
+                text: "",
                 overrides: &overrides,
                 window,
                 recording: "x.csv",

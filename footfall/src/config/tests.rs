@@ -86,11 +86,11 @@ fn every_key_reaches_its_parameter() {
 fn what_was_learnt_is_given_whole() {
     assert_eq!(
         message("[learnt]\nstill_seconds = 1\nmoving_seconds = 1\n"),
-        "x.toml, line 1: missing field `idle_seconds`"
+        "x.toml, line 1, column 1: missing field `idle_seconds`"
     );
     assert_eq!(
         message("method = 'kernel'\n"),
-        "x.toml, line 1, key method: \"kernel\" is neither \"self_calibrating\" nor \"half_widths\""
+        "x.toml, line 1, column 10, key method: \"kernel\" is neither \"self_calibrating\" nor \"half_widths\""
     );
 }
 
@@ -104,8 +104,9 @@ fn an_axis_that_is_not_named_keeps_its_value() {
 fn an_unknown_key_is_named_with_its_line() {
     assert_eq!(
         message("\n[half_width]\nacceleration = 1.0\n"),
-        "x.toml, line 3, key half_width.acceleration: unknown field `acceleration`, \
-         expected `acceleration_m_s2` or `angular_rate_rad_s`"
+        "x.toml, line 3, column 1, key half_width.acceleration: unknown field `acceleration`, \
+         expected `acceleration_m_s2` or `angular_rate_rad_s`; did you mean \
+         half_width.acceleration_m_s2?"
     );
 }
 
@@ -113,11 +114,11 @@ fn an_unknown_key_is_named_with_its_line() {
 fn a_value_of_the_wrong_kind_is_named_with_its_key() {
     assert_eq!(
         message("[load]\non_threshold = 'high'\n"),
-        "x.toml, line 2, key load.on_threshold: invalid type: string \"high\", expected f32"
+        "x.toml, line 2, column 16, key load.on_threshold: invalid type: string \"high\", expected f32"
     );
     assert_eq!(
         message("[bandwidth]\nangular_rate_rad_s = 'low'\n"),
-        "x.toml, line 2, key bandwidth.angular_rate_rad_s: \
+        "x.toml, line 2, column 22, key bandwidth.angular_rate_rad_s: \
          invalid type: string \"low\", expected a number or a table of axes"
     );
 }
@@ -126,7 +127,9 @@ fn a_value_of_the_wrong_kind_is_named_with_its_key() {
 fn an_unknown_axis_is_named() {
     let message = message("[bandwidth]\nangular_rate_rad_s = { ax = 1 }\n");
     assert!(
-        message.starts_with("x.toml, line 2, key bandwidth.angular_rate_rad_s: unknown field `ax`"),
+        message.starts_with(
+            "x.toml, line 2, column 24, key bandwidth.angular_rate_rad_s: unknown field `ax`"
+        ),
         "{message}"
     );
 }
@@ -136,12 +139,12 @@ fn a_sample_rate_is_checked_as_the_option_is() {
     for wrong in ["0", "-5", "nan", "inf"] {
         assert!(
             message(&format!("sample_rate_hz = {wrong}\n"))
-                .starts_with("x.toml, line 1, key sample_rate_hz: "),
+                .starts_with("x.toml, line 1, column 18, key sample_rate_hz: "),
         );
     }
     assert_eq!(
         message("sample_rate_hz = -5\n"),
-        "x.toml, line 1, key sample_rate_hz: -5 is no sample rate: write a number of Hz above 0"
+        "x.toml, line 1, column 18, key sample_rate_hz: -5 is no sample rate: write a number of Hz above 0"
     );
 }
 

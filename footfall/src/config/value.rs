@@ -2,6 +2,66 @@
 
 use estimator_core::{Gravity, GyroTiming, Learning, Method, WindowLength};
 
+use super::numbers::Written;
+
+/// Whether samples contain gravity, as words.
+pub const GRAVITIES: [(&str, Gravity); 2] = [
+    ("included", Gravity::Included),
+    ("removed", Gravity::Removed),
+];
+
+/// Where the limits of stillness come from, as words.
+pub const METHODS: [(&str, Method); 2] = [
+    ("self_calibrating", Method::SelfCalibrating),
+    ("half_widths", Method::HalfWidths),
+];
+
+/// Whether a foot goes on learning, as words.
+pub const LEARNINGS: [(&str, Learning); 2] = [("on", Learning::On), ("frozen", Learning::Frozen)];
+
+/// The word for a value in one of these tables.
+pub fn word_of<T: Copy + PartialEq, const N: usize>(
+    table: &[(&'static str, T); N],
+    value: T,
+) -> &'static str {
+    let mut rows = table.iter();
+    rows.find_map(|(word, of)| (*of == value).then_some(*word))
+        .unwrap_or_default()
+}
+
+/// The value of a word in one of these tables.
+fn value_of<T: Copy>(table: &[(&'static str, T); 2], text: &str) -> Result<T, String> {
+    let mut rows = table.iter();
+    rows.find_map(|(word, value)| (*word == text).then_some(*value))
+        .ok_or_else(|| {
+            let [(one, _), (other, _)] = table;
+            format!("{text:?} is neither \"{one}\" nor \"{other}\"")
+        })
+}
+
+/// A window's length as [`parse_window`] reads it, in quotation marks.
+#[must_use]
+pub fn window_text(window: WindowLength) -> String {
+    match window {
+        WindowLength::Duration(seconds) => format!("\"{}ms\"", milliseconds(seconds)),
+        WindowLength::Samples(samples) => format!("\"{samples}samples\""),
+    }
+}
+
+/// A gyroscope's timing as [`parse_gyro_timing`] reads it, in quotation marks.
+#[must_use]
+pub fn gyro_timing_text(timing: GyroTiming) -> String {
+    match timing {
+        GyroTiming::PeriodMean => "\"period_mean\"".to_owned(),
+        GyroTiming::Delay(seconds) => format!("\"{}ms\"", milliseconds(seconds)),
+    }
+}
+
+/// A time in s as a number of ms.
+fn milliseconds(seconds: f32) -> String {
+    Written::Milliseconds.number(seconds)
+}
+
 /// Reads a window's length: a duration such as `50ms`, or a count such as `50samples`.
 ///
 /// # Errors
@@ -34,13 +94,7 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
 /// # Errors
 /// A sentence that names both words.
 pub fn parse_method(text: &str) -> Result<Method, String> {
-    match text {
-        "self_calibrating" => Ok(Method::SelfCalibrating),
-        "half_widths" => Ok(Method::HalfWidths),
-        _ => Err(format!(
-            "{text:?} is neither \"self_calibrating\" nor \"half_widths\""
-        )),
-    }
+    value_of(&METHODS, text)
 }
 
 /// Reads whether learning is `on` or `frozen`.
@@ -48,11 +102,7 @@ pub fn parse_method(text: &str) -> Result<Method, String> {
 /// # Errors
 /// A sentence that names both words.
 pub fn parse_learning(text: &str) -> Result<Learning, String> {
-    match text {
-        "on" => Ok(Learning::On),
-        "frozen" => Ok(Learning::Frozen),
-        _ => Err(format!("{text:?} is neither \"on\" nor \"frozen\"")),
-    }
+    value_of(&LEARNINGS, text)
 }
 
 /// Reads a sample rate in Hz, which is above 0.
@@ -83,11 +133,7 @@ fn no_sample_rate(text: &str) -> String {
 /// # Errors
 /// A sentence that names both words.
 pub fn parse_gravity(text: &str) -> Result<Gravity, String> {
-    match text {
-        "included" => Ok(Gravity::Included),
-        "removed" => Ok(Gravity::Removed),
-        _ => Err(format!("{text:?} is neither \"included\" nor \"removed\"")),
-    }
+    value_of(&GRAVITIES, text)
 }
 
 /// Reads when the gyroscope measured what a sample says: `period_mean`, or a delay such as `1.5ms`.

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::row::Row;
 use crate::can_log::Form;
 
 /// The line that the foot has sent on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Medium {
     /// A log of CAN frames.
@@ -19,7 +20,7 @@ pub enum Medium {
 }
 
 /// An emergency message.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct EmergencyReport {
     /// Time of the foot's last contact frame before it, s; `None` where there was none.
     pub t: Option<f64>,
@@ -36,7 +37,7 @@ pub struct EmergencyReport {
 }
 
 /// How the board was when it last said so over the serial line.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct BoardReport {
     /// What it was doing.
     pub stage: &'static str,
@@ -49,7 +50,7 @@ pub struct BoardReport {
 }
 
 /// What came, what is missing, and what could not be understood.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Report {
     /// The line that the foot has sent on.
     pub format: Medium,

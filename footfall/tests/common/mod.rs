@@ -1,6 +1,10 @@
 //! A bench on which the `footfall` command runs.
 #![allow(dead_code)] // Each test file uses its share.
 
+pub mod feet;
+pub mod labelled;
+
+use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -81,4 +85,12 @@ pub fn standing() -> String {
     let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0,50,1\n", f64::from(k) * 1e-3);
     let rows: String = (0..1000).map(row).collect();
     format!("t,{AXES},force,label\n{rows}")
+}
+
+/// Says that `missing` keeps a test from checking anything, which fails where nothing may be left
+/// unchecked.
+pub fn unmet(missing: &str) {
+    let required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value == "1");
+    assert!(!required, "{missing}");
+    eprintln!("not checked: {missing}");
 }

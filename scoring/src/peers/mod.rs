@@ -23,6 +23,7 @@ pub mod shoe;
 
 use estimator_core::Params;
 use recordings::recording::Label;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::labelled::Labelled;
@@ -31,7 +32,7 @@ use crate::window::PAPER_WINDOW;
 use shoe::Noise;
 
 /// A detector whose threshold is tuned on labels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Detector {
     /// See [`shoe`].

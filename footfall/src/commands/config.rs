@@ -1,0 +1,66 @@
+//! `footfall config`: what a configuration file may set, and whether one can be used.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use recordings::input::Format;
+use recordings::replay::CAPACITY;
+
+use super::recording::Configuration;
+use crate::config::{Preset, example, explain};
+use crate::error::Error;
+use crate::report::print_text;
+
+/// What `footfall config` takes: one of three.
+#[derive(Debug, Args)]
+pub struct ConfigArguments {
+    #[command(flatten)]
+    what: What,
+    /// Where the parameters start from
+    #[arg(long, value_enum, default_value_t)]
+    pub preset: Preset,
+}
+
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+struct What {
+    /// Print a file with every key: its meaning, unit, range, and the preset's value
+    #[arg(long)]
+    example: bool,
+    /// Say whether a file can be used with the preset, or what is wrong with it and where
+    #[arg(long, value_name = "FILE.toml")]
+    check: Option<PathBuf>,
+    /// Say what a key means, its unit, range and default, what uses it, and which object of a foot it is
+    #[arg(long, value_name = "KEY")]
+    explain: Option<String>,
+}
+
+impl ConfigArguments {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let text = if let Some(path) = &self.what.check {
+            let configuration = Configuration::read(Some(path))?;
+            self.check(&configuration)?;
+            format!("{}: ok\n", path.display())
+        } else if let Some(key) = &self.what.explain {
+            explain(key).map_err(|hint| Error::UnknownKey {
+                key: key.clone(),
+                hint,
+            })?
+        } else {
+            example(self.preset)
+        };
+        print_text(&text).map_err(Error::Print)
+    }
+
+    fn check(&self, configuration: &Configuration) -> Result<(), Error> {
+        let mut params = self.preset.params(Format::Csv);
+        configuration.overrides.apply(&mut params);
+        let origins = configuration.origins("", None, None);
+        origins.check_effects(&params)?;
+        params
+            .validate::<CAPACITY>()
+            .map_err(|error| origins.explain(&error, &params))?;
+        configuration.correction()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,284 @@
+//! A configuration file with every key in it, and the text about one key.
+
+use std::fmt::Write;
+
+use estimator_core::{Method, Params};
+use recordings::input::Format;
+use wire::dictionary::Address;
+
+use super::Preset;
+use super::keys::{Key, keys};
+use super::nearest::{nearest, or};
+
+/// A file in which every key is commented out, with the value that the preset has, its meaning, unit
+/// and range. Each line stands for itself, without the header of a table.
+#[must_use]
+pub fn example(preset: Preset) -> String {
+    let params = preset.params(Format::Csv);
+    let name = preset.name();
+    let mut text = format!(
+        "# A configuration of footfall, for --config, with the values of --preset {name}.\n\
+         # All keys may be left out. Remove the # before those that are to differ;\n\
+         # `footfall config --check FILE` says whether they can be what they are.\n"
+    );
+    for key in keys() {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "\n{}", commented(&sentence(&key)));
+        let _ = writeln!(text, "# {}", facts(&key));
+        if let Some(note) = note(&key, &params) {
+            let _ = writeln!(text, "# {note}");
+        }
+        let _ = writeln!(text, "#{} = {}", key.path, key.value(&params));
+    }
+    text
+}
+
+/// What there is to know about a key, or the names of those that may have been meant.
+///
+/// # Errors
+/// There is no such key.
+pub fn explain(path: &str) -> Result<String, String> {
+    let all = keys();
+    if let Some(key) = all.iter().find(|key| key.path == path) {
+        return Ok(explained(key));
+    }
+    // A table: all keys in it.
+    let inside = |key: &&Key| {
+        let rest = key.path.strip_prefix(path);
+        rest.is_some_and(|rest| rest.starts_with('.'))
+    };
+    let keys: Vec<String> = all.iter().filter(inside).map(explained).collect();
+    if !keys.is_empty() {
+        return Ok(keys.join("\n"));
+    }
+    Err(match nearest(path) {
+        nearest if nearest.is_empty() => "footfall config --example lists all keys".to_owned(),
+        nearest => format!("did you mean {}?", or(&nearest)),
+    })
+}
+
+fn explained(key: &Key) -> String {
+    let presets =
+        [Preset::Default, Preset::Paper].map(|preset| (preset.name(), preset.params(Format::Csv)));
+    let unit = match key.unit() {
+        "" => "none",
+        unit => unit,
+    };
+    let object = match objects_text(&key.objects()) {
+        text if text.is_empty() => "no object".to_owned(),
+        text => text,
+    };
+    format!(
+        "{}\n  meaning    {}\n  unit       {unit}\n  range      {}\n  default    {}\n  used by    {}\n  on a foot  {object}\n",
+        key.path,
+        key.meaning(),
+        key.range(),
+        key.default_text(&presets),
+        key.used(),
+    )
+}
+
+/// The meaning, with a capital letter.
+fn sentence(key: &Key) -> String {
+    let meaning = key.meaning();
+    let mut letters = meaning.chars();
+    let first = letters.next().map(char::to_uppercase);
+    first.into_iter().flatten().chain(letters).collect()
+}
+
+/// Unit, range, and where a foot has it.
+fn facts(key: &Key) -> String {
+    let mut facts = vec![key.range()];
+    if !key.unit().is_empty() {
+        facts.insert(0, key.unit().to_owned());
+    }
+    let object = objects_text(&key.objects());
+    if !object.is_empty() {
+        facts.push(format!("on a foot {object}"));
+    }
+    facts.join("; ")
+}
+
+/// Why a key is not in force with these parameters, or what its value is worth.
+fn note(key: &Key, params: &Params) -> Option<&'static str> {
+    if key.path.starts_with("learnt.") {
+        return Some(
+            "An example; footfall calibrate writes all of [learnt]. Default: a cold start",
+        );
+    }
+    if key.used().ends_with("only") {
+        let is_refused = params.method == Method::SelfCalibrating && key.path != "learning";
+        return is_refused.then_some("With method = \"half_widths\" only, else refused");
+    }
+    match key.path.as_str() {
+        "sample_rate_hz" => Some("Default: that of the recording's times"),
+        "gravity" => Some("Default: that of the recording's format"),
+        _ => None,
+    }
+}
+
+/// Lines of at most 78 characters that begin with `# `.
+fn commented(text: &str) -> String {
+    const WIDTH: usize = 78;
+    let mut lines = vec![String::from("#")];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + word.chars().count() < WIDTH => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(format!("# {word}")),
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// Addresses of one object, such as `0x2011, sub-indices 1 to 3`.
+fn objects_text(addresses: &[Address]) -> String {
+    match addresses {
+        [] => String::new(),
+        [only] if only.subindex == 0 => format!("0x{:04X}", only.index),
+        [only] => format!("0x{:04X}, sub-index {}", only.index, only.subindex),
+        [first, .., last] => format!(
+            "0x{:04X}, sub-indices {} to {}",
+            first.index, first.subindex, last.subindex
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::Overrides;
+    use super::*;
+    use estimator_core::Parameter;
+
+    const PRESETS: [Preset; 2] = [Preset::Default, Preset::Paper];
+
+    /// The keys of an example with their values, without the `#`.
+    fn set(text: &str) -> Vec<String> {
+        let lines = text.lines().filter_map(|line| line.strip_prefix('#'));
+        lines
+            .filter(|line| line.contains(" = ") && !line.starts_with(' '))
+            .map(str::to_owned)
+            .collect()
+    }
+
+    #[test]
+    fn the_example_changes_nothing() {
+        for preset in PRESETS {
+            let overrides = Overrides::parse(&example(preset), "x.toml").unwrap();
+            assert_eq!(overrides, Overrides::default());
+        }
+    }
+
+    #[test]
+    fn every_line_of_it_alone_parses_and_has_the_value_of_the_preset() {
+        for preset in PRESETS {
+            let lines = set(&example(preset));
+            assert_eq!(lines.len(), keys().len());
+            let params = preset.params(Format::Csv);
+            for line in &lines {
+                // What was learnt is given whole, and no preset has any.
+                if line.starts_with("learnt.") {
+                    continue;
+                }
+                let overrides = Overrides::parse(line, "x.toml").expect(line);
+                assert_ne!(overrides, Overrides::default(), "{line}");
+                let mut with = params;
+                overrides.apply(&mut with);
+                assert_eq!(with, params, "{line}");
+                let correction = overrides.correction("x.toml").expect(line);
+                assert_eq!(correction, recordings::input::Correction::NONE);
+            }
+        }
+    }
+
+    #[test]
+    fn all_lines_together_are_a_valid_file() {
+        for preset in PRESETS {
+            let overrides = Overrides::parse(&set(&example(preset)).join("\n"), "x.toml").unwrap();
+            let mut params = preset.params(Format::Csv);
+            overrides.apply(&mut params);
+            assert!(params.validate::<256>().is_ok());
+            assert!(params.learnt.is_some());
+        }
+    }
+
+    #[test]
+    fn no_key_that_a_file_may_have_is_missing() {
+        let tops: BTreeSet<String> = keys()
+            .iter()
+            .map(|key| key.path.split('.').next().unwrap_or_default().to_owned())
+            .collect();
+        // The reader lists the keys that there are.
+        let error = Overrides::parse("zzz = 1", "x.toml")
+            .unwrap_err()
+            .to_string();
+        let (_, expected) = error.split_once("expected one of ").expect("a list");
+        let expected = expected.split(';').next().unwrap_or_default();
+        let expected: BTreeSet<String> = expected
+            .split(", ")
+            .map(|key| key.trim_matches('`').to_owned())
+            .collect();
+        assert_eq!(tops, expected);
+        // And of the numbers each has its place on a foot, but for the rate, which is the tick.
+        for key in keys() {
+            assert!(!key.meaning().is_empty(), "{}", key.path);
+            assert!(!key.range().is_empty(), "{}", key.path);
+        }
+    }
+
+    #[test]
+    fn a_key_is_explained_with_all_that_there_is_to_know() {
+        assert_eq!(
+            explain("load.on_threshold").unwrap(),
+            "load.on_threshold\n  \
+             meaning    loaded from this load on, in the unit of the load signal\n  \
+             unit       N\n  \
+             range      -1e9 to 1e9\n  \
+             default    12; with --preset paper: 160\n  \
+             used by    the state, where there is a load signal\n  \
+             on a foot  0x2015, sub-index 4\n"
+        );
+        let axes = explain("half_width.acceleration_m_s2").unwrap();
+        assert!(
+            axes.contains("1e-6 to 10000; one number, or a table of ax, ay, az\n"),
+            "{axes}"
+        );
+        assert!(
+            axes.contains("on a foot  0x2012, sub-indices 1 to 3\n"),
+            "{axes}"
+        );
+        let threshold = Parameter::DecisionThreshold.row();
+        let explained = explain("decision.threshold").unwrap();
+        let range = format!("{} to {}", threshold.least, threshold.most);
+        assert!(explained.contains(&range), "{explained}");
+        // A table: its keys.
+        let names = [
+            "decision.threshold\n",
+            "decision.on_delay_s\n",
+            "decision.off_delay_s\n",
+        ];
+        let table = explain("decision").unwrap();
+        assert!(names.iter().all(|name| table.contains(name)), "{table}");
+        assert!(
+            explain("window")
+                .unwrap()
+                .contains("\"0.1ms\" to \"1000000ms\"")
+        );
+    }
+
+    #[test]
+    fn an_unknown_key_is_answered_with_those_that_may_be_meant() {
+        assert_eq!(
+            explain("decision.thresold").unwrap_err(),
+            "did you mean decision.threshold?"
+        );
+        assert_eq!(
+            explain("colour").unwrap_err(),
+            "footfall config --example lists all keys"
+        );
+    }
+}

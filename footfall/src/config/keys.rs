@@ -1,0 +1,356 @@
+//! Every key of a configuration file: what it means, its unit, range and value in a preset, and where a
+//! foot has it. Numbers come from the estimator's table of limits.
+
+use estimator_core::{Learnt, Parameter, Params, Row, parameter};
+use recordings::number::shown;
+use wire::dictionary::{self, Address, Concern, Role, index};
+
+use super::correction::{ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS, Limits};
+use super::numbers::Written;
+use super::refusal::Name;
+use super::value::{GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, window_text, word_of};
+
+/// A key of a configuration file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Key {
+    /// Its name, with the tables it is in.
+    pub path: String,
+    kind: Kind,
+}
+
+/// What a key stands for.
+#[derive(Clone, Debug, PartialEq)]
+enum Kind {
+    /// A number, or one for each of a sensor's axes.
+    Numbers(Vec<Parameter>),
+    Gravity,
+    Method,
+    Learning,
+    Window,
+    GyroTiming,
+    /// A number of what was learnt, by its place.
+    Learnt(usize),
+    Correction(Limits),
+}
+
+/// What the paper's preset alone needs.
+const HALF_WIDTHS_ONLY: &str = "the density estimate, with method = \"half_widths\" only";
+const SELF_CALIBRATING_ONLY: &str = "learning, with method = \"self_calibrating\" only";
+
+/// Numbers that a foot has learnt, as one might have.
+const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [
+    -0.9, 2.4, 0.6, -2.6, 0.6, 0.4, -3.8, 1.1, 0.7, 8.6, 8.6, 0.0,
+];
+
+/// All keys, in the order in which a file would have them.
+#[must_use]
+pub fn keys() -> Vec<Key> {
+    let key = |path: &str, kind| Key {
+        path: path.to_owned(),
+        kind,
+    };
+    let mut numbers: Vec<Key> = Vec::new();
+    for number in Parameter::ALL {
+        let path = Name::of(number.name()).key;
+        match numbers.last_mut() {
+            Some(Key {
+                path: last,
+                kind: Kind::Numbers(axes),
+            }) if *last == path => axes.push(number),
+            _ => numbers.push(key(&path, Kind::Numbers(vec![number]))),
+        }
+    }
+    // The rate comes first; the numbers without a table stand before those with one.
+    let rest = numbers.split_off(1);
+    let mut all = numbers;
+    all.extend([
+        key("gravity", Kind::Gravity),
+        key("method", Kind::Method),
+        key("learning", Kind::Learning),
+        key(parameter::WINDOW.name, Kind::Window),
+    ]);
+    all.extend(rest);
+    all.push(key(parameter::GYRO_DELAY.name, Kind::GyroTiming));
+    all.extend(
+        (0..)
+            .zip(Learnt::ROWS)
+            .map(|(place, row)| key(row.name, Kind::Learnt(place))),
+    );
+    for limits in [ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS] {
+        all.push(key(limits.key, Kind::Correction(limits)));
+    }
+    all
+}
+
+impl Key {
+    /// What it means, as a phrase.
+    #[must_use]
+    pub fn meaning(&self) -> &'static str {
+        match &self.kind {
+            Kind::Numbers(numbers) => numbers.first().map_or("", |number| meaning(*number)),
+            Kind::Gravity => "whether the accelerations contain gravity",
+            Kind::Method => "where the limits of stillness come from",
+            Kind::Learning => "whether the foot goes on learning",
+            Kind::Window => "how far back the estimate looks",
+            Kind::GyroTiming => {
+                "when the gyroscope measured what a sample says: the mean over the period before it, \
+                 or a delay behind the accelerometer"
+            }
+            Kind::Learnt(_) => self.learnt_meaning(),
+            Kind::Correction(limits) => limits.meaning,
+        }
+    }
+
+    fn learnt_meaning(&self) -> &'static str {
+        match self.path.rsplit('.').next() {
+            Some("still") => "mean of the logarithm of this amplitude in stillness",
+            Some("moving") => {
+                "mean of the logarithm of this amplitude in motion; not below that in stillness"
+            }
+            Some("width") => "mean deviation of the logarithm of this amplitude in stillness",
+            Some("still_seconds") => "stillness that was learnt from",
+            Some("moving_seconds") => "motion that was learnt from",
+            _ => "how long the foot has run since it last learnt anything",
+        }
+    }
+
+    /// The unit of its numbers; empty where they have none, or words carry it.
+    #[must_use]
+    pub const fn unit(&self) -> &'static str {
+        match &self.kind {
+            Kind::Numbers(numbers) => match numbers.as_slice() {
+                [number, ..] => number.row().unit.symbol(),
+                [] => "",
+            },
+            Kind::Window | Kind::GyroTiming => "ms",
+            Kind::Learnt(place) => match learnt_row(*place) {
+                Some(row) => row.unit.symbol(),
+                None => "",
+            },
+            Kind::Correction(limits) => limits.unit,
+            Kind::Gravity | Kind::Method | Kind::Learning => "",
+        }
+    }
+
+    /// What may be written.
+    #[must_use]
+    pub fn range(&self) -> String {
+        let of_row = |row: &Row, written: Written| {
+            let [least, most] = [row.least, row.most].map(|limit| written.number(limit));
+            format!("{least} to {most}")
+        };
+        let of_words = |words: [&str; 2]| format!("\"{}\" or \"{}\"", words[0], words[1]);
+        match &self.kind {
+            Kind::Numbers(numbers) => numbers.first().map_or_else(String::new, |number| {
+                let row = number.row();
+                let range = of_row(&row, Written::As(row.unit));
+                match (numbers.len(), number) {
+                    (1, Parameter::LoadOffThreshold) => {
+                        format!("{range}, and not above load.on_threshold")
+                    }
+                    (1, _) => range,
+                    _ => {
+                        let axes: Vec<&str> = numbers.iter().map(|number| axis(*number)).collect();
+                        format!("{range}; one number, or a table of {}", axes.join(", "))
+                    }
+                }
+            }),
+            Kind::Gravity => of_words(GRAVITIES.map(|(word, _)| word)),
+            Kind::Method => of_words(METHODS.map(|(word, _)| word)),
+            Kind::Learning => of_words(LEARNINGS.map(|(word, _)| word)),
+            Kind::Window => format!(
+                "\"{}ms\", or \"1samples\" and more",
+                of_row(&parameter::WINDOW, Written::Milliseconds).replace(" to ", "ms\" to \"")
+            ),
+            Kind::GyroTiming => format!(
+                "\"period_mean\", or \"{}ms\"",
+                of_row(&parameter::GYRO_DELAY, Written::Milliseconds).replace(" to ", "ms\" to \"")
+            ),
+            Kind::Learnt(place) => learnt_row(*place)
+                .map_or_else(String::new, |row| of_row(row, Written::As(row.unit))),
+            Kind::Correction(limits) => format!(
+                "{} to {}; a table of {}",
+                shown(limits.least),
+                shown(limits.most),
+                limits.axes.join(", ")
+            ),
+        }
+    }
+
+    /// Its value in `params`, as a file would have it; an example where `params` have none.
+    #[must_use]
+    pub fn value(&self, params: &Params) -> String {
+        match &self.kind {
+            Kind::Numbers(numbers) => {
+                let values: Vec<f32> = numbers.iter().map(|number| number.get(params)).collect();
+                match &values[..] {
+                    [first, others @ ..] if others.iter().all(|other| other == first) => {
+                        shown(*first)
+                    }
+                    _ => {
+                        let each = numbers.iter().zip(&values);
+                        let each: Vec<String> = each
+                            .map(|(number, value)| format!("{} = {}", axis(*number), shown(*value)))
+                            .collect();
+                        format!("{{ {} }}", each.join(", "))
+                    }
+                }
+            }
+            Kind::Gravity => quoted(word_of(&GRAVITIES, params.gravity)),
+            Kind::Method => quoted(word_of(&METHODS, params.method)),
+            Kind::Learning => quoted(word_of(&LEARNINGS, params.learning)),
+            Kind::Window => window_text(params.window),
+            Kind::GyroTiming => gyro_timing_text(params.attitude.gyro_timing),
+            Kind::Learnt(place) => {
+                let values = params
+                    .learnt
+                    .map_or(LEARNT_EXAMPLE, |learnt| learnt.to_array());
+                values.get(*place).copied().map_or_else(String::new, shown)
+            }
+            Kind::Correction(limits) => {
+                let each = limits
+                    .axes
+                    .map(|axis| format!("{axis} = {}", shown(limits.none)));
+                format!("{{ {} }}", each.join(", "))
+            }
+        }
+    }
+
+    /// What applies where it is not set, under these names of presets.
+    #[must_use]
+    pub fn default_text(&self, presets: &[(&str, Params)]) -> String {
+        match &self.kind {
+            Kind::Learnt(_) => "nothing: a cold start".to_owned(),
+            Kind::Numbers(numbers) if numbers[..] == [Parameter::SampleRate] => {
+                "that of the recording's times".to_owned()
+            }
+            Kind::Gravity => "that of the recording's format: included in tables".to_owned(),
+            _ => {
+                let mut all: Vec<String> = Vec::new();
+                for (name, params) in presets {
+                    let value = self.value(params);
+                    match all.first() {
+                        None => all.push(value),
+                        Some(first) if *first == value => {}
+                        Some(_) => all.push(format!("with --preset {name}: {value}")),
+                    }
+                }
+                all.join("; ")
+            }
+        }
+    }
+
+    /// What uses it.
+    #[must_use]
+    pub fn used(&self) -> &'static str {
+        match &self.kind {
+            Kind::Numbers(_) => match self.path.split('.').next() {
+                Some("bandwidth" | "half_width") => HALF_WIDTHS_ONLY,
+                Some("decision") => "the decision: columns decision and state",
+                Some("load") => "the state, where there is a load signal",
+                Some("attitude") => "the attitude filter: orientation, gravity, gyroscope bias",
+                _ => "all of the estimator, where the recording does not tell",
+            },
+            Kind::Gravity => "the attitude filter, which takes gravity out where it is there",
+            Kind::Method => "the probabilities",
+            Kind::Learning => SELF_CALIBRATING_ONLY,
+            Kind::Learnt(_) => {
+                "the start, with method = \"self_calibrating\" only; all of [learnt] or nothing"
+            }
+            Kind::Window => HALF_WIDTHS_ONLY,
+            Kind::GyroTiming => "the attitude filter: orientation, gravity, gyroscope bias",
+            Kind::Correction(_) => "the readings, before all else: (reading - bias) * scale",
+        }
+    }
+
+    /// Where a foot has it; empty where it has not.
+    #[must_use]
+    pub fn objects(&self) -> Vec<Address> {
+        match &self.kind {
+            Kind::Numbers(numbers) => dictionary::settings()
+                .filter(|(_, entry)| match entry.role {
+                    Role::Setting(Concern::Parameter(number)) => numbers.contains(&number),
+                    _ => false,
+                })
+                .map(|(address, _)| address)
+                .collect(),
+            Kind::Method => vec![Address::new(index::ESTIMATION, 1)],
+            Kind::Learning => vec![Address::new(index::ESTIMATION, 2)],
+            Kind::Window => vec![Address::new(index::WINDOW, 0)],
+            Kind::Learnt(place) => u8::try_from(place + 1)
+                .map(|subindex| Address::new(index::LEARNT, subindex))
+                .into_iter()
+                .collect(),
+            Kind::Correction(limits) => limits
+                .subindices
+                .iter()
+                .map(|subindex| Address::new(index::ACCELEROMETER, *subindex))
+                .collect(),
+            Kind::Gravity | Kind::GyroTiming => Vec::new(),
+        }
+    }
+}
+
+const fn learnt_row(place: usize) -> Option<&'static Row> {
+    const ROWS: &[Row] = &Learnt::ROWS;
+    if place < ROWS.len() {
+        Some(&ROWS[place])
+    } else {
+        None
+    }
+}
+
+/// The axis that a number is of.
+fn axis(number: Parameter) -> &'static str {
+    number.name().rsplit('.').next().unwrap_or_default()
+}
+
+fn quoted(word: &str) -> String {
+    format!("\"{word}\"")
+}
+
+/// What a number of the estimator means.
+const fn meaning(number: Parameter) -> &'static str {
+    use Parameter as P;
+    match number {
+        P::SampleRate => "how many samples there are in a second",
+        P::BandwidthAx
+        | P::BandwidthAy
+        | P::BandwidthAz
+        | P::BandwidthWx
+        | P::BandwidthWy
+        | P::BandwidthWz => "kernel standard deviation h: the sensor's noise at its filter setting",
+        P::HalfWidthAx
+        | P::HalfWidthAy
+        | P::HalfWidthAz
+        | P::HalfWidthWx
+        | P::HalfWidthWy
+        | P::HalfWidthWz => "half-width δ: motion within ±δ counts as rest; it belongs to a robot",
+        P::DecisionThreshold => "the probability above which contact counts as stable",
+        P::DecisionOnDelay => {
+            "how long the probability must be above the threshold before the decision is stable"
+        }
+        P::DecisionOffDelay => {
+            "how long it must be at or below the threshold before the decision is not stable"
+        }
+        P::LoadOnThreshold => "loaded from this load on, in the unit of the load signal",
+        P::LoadOffThreshold => "no longer loaded below this load, in the unit of the load signal",
+        P::MotionTimeConstant => {
+            "time constant of the inclination's correction while the foot moves"
+        }
+        P::QuietGain => {
+            "how many times faster that correction is where the foot is perfectly quiet"
+        }
+        P::QuietAcceleration => {
+            "deviation of the acceleration from its short mean that still counts as quiet"
+        }
+        P::QuietRate => "angular rate that still counts as quiet",
+        P::RestDuration => "how long the sensor must be still before it counts as rest",
+        P::RestAcceleration => "the largest deviation of the acceleration from its mean at rest",
+        P::RestRate => "the largest deviation of the angular rate from its mean at rest",
+        P::BiasLimit => {
+            "the largest gyroscope bias per axis that is believed at the first rest; 0: none is estimated"
+        }
+        P::BiasTimeConstant => "time constant of the bias estimate at rest",
+    }
+}

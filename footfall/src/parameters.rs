@@ -1,0 +1,223 @@
+//! The parameters in force, as JSON: what a result was computed with.
+
+use std::collections::BTreeMap;
+
+use estimator_core::{GyroTiming, Parameter, Params, WindowLength};
+use recordings::input::{Correction, Format};
+use recordings::number::shown;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use crate::config::{GRAVITIES, LEARNINGS, LearntValues, METHODS, Preset, word_of};
+
+/// How one foot was estimated.
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+pub struct Estimation {
+    /// Where the parameters started from, as `--preset` takes it.
+    pub preset: &'static str,
+    /// What they came to.
+    pub parameters: ParametersReport,
+    /// How the recording's readings were corrected before.
+    pub correction: CorrectionReport,
+    /// What the estimator had learnt at the end, whatever its method.
+    pub learnt: LearntValues,
+}
+
+/// The parameters of the estimator.
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+pub struct ParametersReport {
+    /// Whether the accelerations contain gravity.
+    #[schemars(extend("enum" = words(&GRAVITIES)))]
+    pub gravity: &'static str,
+    /// Where the limits of stillness come from.
+    #[schemars(extend("enum" = words(&METHODS)))]
+    pub method: &'static str,
+    /// With `self_calibrating`: whether the foot goes on learning.
+    #[schemars(extend("enum" = words(&LEARNINGS)))]
+    pub learning: &'static str,
+    /// With `half_widths`: how far back the estimate looks.
+    pub window: WindowReport,
+    /// When the gyroscope measured what a sample says.
+    pub gyro_timing: GyroTimingReport,
+    /// With `self_calibrating`: what it started with; `null` for a cold start.
+    pub learnt_before: Option<LearntValues>,
+    /// The numbers, by their names in the estimator's table of limits.
+    #[schemars(schema_with = "numbers_schema")]
+    pub numbers: BTreeMap<&'static str, f32>,
+}
+
+/// A window's length.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WindowReport {
+    /// A duration, s.
+    DurationS(f32),
+    /// A count of samples.
+    Samples(u32),
+}
+
+/// When the gyroscope measured.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GyroTimingReport {
+    /// The mean over the time since the sample before.
+    PeriodMean,
+    /// So long before the accelerometer, s.
+    DelayS(f32),
+}
+
+/// What was corrected in the readings of the sensor; x, y, z of its frame.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+pub struct CorrectionReport {
+    /// What was taken off accelerations, m/s².
+    pub accelerometer_bias_m_s2: [f32; 3],
+    /// By what they were multiplied then.
+    pub accelerometer_scale: [f32; 3],
+    /// What was taken off angular rates, rad/s.
+    pub gyroscope_bias_rad_s: [f32; 3],
+}
+
+impl ParametersReport {
+    /// Of the parameters with which a recording was estimated.
+    #[must_use]
+    pub fn of(params: &Params) -> Self {
+        Self {
+            gravity: word_of(&GRAVITIES, params.gravity),
+            method: word_of(&METHODS, params.method),
+            learning: word_of(&LEARNINGS, params.learning),
+            window: match params.window {
+                WindowLength::Duration(seconds) => WindowReport::DurationS(seconds),
+                WindowLength::Samples(samples) => WindowReport::Samples(samples),
+            },
+            gyro_timing: match params.attitude.gyro_timing {
+                GyroTiming::PeriodMean => GyroTimingReport::PeriodMean,
+                GyroTiming::Delay(seconds) => GyroTimingReport::DelayS(seconds),
+            },
+            learnt_before: params.learnt.map(LearntValues::from),
+            numbers: Parameter::ALL
+                .into_iter()
+                .map(|number| (number.name(), number.get(params)))
+                .collect(),
+        }
+    }
+}
+
+impl From<&Correction> for CorrectionReport {
+    fn from(correction: &Correction) -> Self {
+        let [bias, scale, gyroscope] = [
+            correction.accelerometer.bias,
+            correction.accelerometer.scale,
+            correction.gyroscope_bias,
+        ]
+        .map(|vector| [vector.x, vector.y, vector.z]);
+        Self {
+            accelerometer_bias_m_s2: bias,
+            accelerometer_scale: scale,
+            gyroscope_bias_rad_s: gyroscope,
+        }
+    }
+}
+
+/// What differs from the preset for recordings of a format, as `name = value`, in one line; empty where
+/// nothing does. The recording's own rate and gravity do not count.
+#[must_use]
+pub fn differences(params: &Params, preset: Preset, format: Format) -> String {
+    let before = preset.params(format);
+    let [now, then] = [params, &before].map(ParametersReport::of);
+    let mut all = Vec::new();
+    for (name, value) in &now.numbers {
+        let was = then.numbers.get(name);
+        if was != Some(value) && *name != Parameter::SampleRate.name() {
+            let was = was.copied().unwrap_or_default();
+            all.push(format!("{name} = {} ({})", shown(*value), shown(was)));
+        }
+    }
+    for (name, now, then) in [
+        ("method", now.method, then.method),
+        ("learning", now.learning, then.learning),
+    ] {
+        if now != then {
+            all.push(format!("{name} = {now} ({then})"));
+        }
+    }
+    if now.window != then.window {
+        all.push(format!(
+            "window = {}",
+            crate::config::window_text(params.window)
+        ));
+    }
+    if now.gyro_timing != then.gyro_timing {
+        let timing = crate::config::gyro_timing_text(params.attitude.gyro_timing);
+        all.push(format!("attitude.gyro_timing = {timing}"));
+    }
+    if now.learnt_before != then.learnt_before {
+        all.push("learnt is set".to_owned());
+    }
+    all.join(", ")
+}
+
+/// The words of a table, for a schema.
+fn words<T>(table: &[(&'static str, T)]) -> Value {
+    table.iter().map(|(word, _)| *word).collect()
+}
+
+/// Each number with its unit and range, all required.
+fn numbers_schema(_: &mut SchemaGenerator) -> Schema {
+    // By way of decimals, as numbers are printed.
+    let decimal = |value: f32| value.to_string().parse::<f64>().unwrap_or_default();
+    let properties: Map<String, Value> = Parameter::ALL
+        .into_iter()
+        .map(|number| {
+            let row = number.row();
+            let unit = match row.unit.symbol() {
+                "" => "no unit",
+                unit => unit,
+            };
+            let schema = json!({
+                "type": "number",
+                "description": unit,
+                "minimum": decimal(row.least),
+                "maximum": decimal(row.most),
+                "default": decimal(row.default),
+            });
+            (row.name.to_owned(), schema)
+        })
+        .collect();
+    let names: Vec<&str> = Parameter::ALL.into_iter().map(Parameter::name).collect();
+    let mut schema = Schema::default();
+    schema.insert("type".to_owned(), json!("object"));
+    schema.insert("required".to_owned(), json!(names));
+    schema.insert("properties".to_owned(), Value::Object(properties));
+    schema
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_is_there_with_its_value() {
+        let json = serde_json::to_value(ParametersReport::of(&Params::PAPER_GO1)).unwrap();
+        for number in Parameter::ALL {
+            let value = json["numbers"][number.name()].as_f64().expect("a number");
+            assert_eq!(value as f32, number.get(&Params::PAPER_GO1));
+        }
+        assert_eq!(json["window"], json!({ "samples": 50 }));
+        assert_eq!(json["gyro_timing"], "period_mean");
+        assert_eq!(json["method"], "half_widths");
+    }
+
+    #[test]
+    fn what_differs_from_the_preset_is_named_with_both_values() {
+        let mut params = Preset::Default.params(Format::Csv);
+        assert_eq!(differences(&params, Preset::Default, Format::Csv), "");
+        params.sample_rate = 123.0;
+        params.decision.threshold = 0.6;
+        params.attitude.gyro_timing = GyroTiming::Delay(0.0015);
+        assert_eq!(
+            differences(&params, Preset::Default, Format::Csv),
+            "decision.threshold = 0.6 (0.5), attitude.gyro_timing = \"1.5ms\""
+        );
+    }
+}

@@ -1,0 +1,359 @@
+//! The command line as a whole: messages, pipes, interruption, configuration, shells and manual pages.
+
+mod common;
+
+use std::fs;
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use common::{AXES, Bench, read, standing, text, unmet};
+
+const SHELLS: [&str; 5] = ["bash", "zsh", "fish", "powershell", "elvish"];
+
+/// A shell's command in a bench; `$0` is the program.
+fn shell(bench: &Bench, name: &str, command: &str) -> std::io::Result<Output> {
+    Command::new(name)
+        .args(["-c", command, env!("CARGO_BIN_EXE_footfall")])
+        .current_dir(&bench.directory)
+        .output()
+}
+
+fn with_another_column() -> Bench {
+    Bench::with(
+        "x.csv",
+        format!("t,{AXES},mood\n0,0,0,9,0,0,0,1\n0.01,0,0,9,0,0,0,1\n"),
+    )
+}
+
+#[test]
+fn quiet_leaves_errors_and_verbose_adds_what_was_recognised() {
+    let bench = with_another_column();
+    let said = |arguments: &str| text(&bench.run(arguments).stderr);
+    assert_eq!(
+        said("replay x.csv"),
+        "footfall: x.csv: ignored columns: mood\n"
+    );
+    assert_eq!(said("replay x.csv --quiet"), "");
+    assert_eq!(said("-q replay x.csv"), "");
+    assert!(said("-q replay absent.csv").starts_with("footfall: absent.csv"));
+    fs::write(bench.path("c.toml"), "decision.threshold = 0.6\n").expect("a file");
+    let verbose = said("replay x.csv -v --config c.toml");
+    let lines: Vec<&str> = verbose.lines().collect();
+    assert_eq!(
+        lines[..3],
+        [
+            "footfall: x: 2 samples, 0.010 s at 100 Hz, gravity included, 0 with a label",
+            "footfall: x.csv: format csv; preset default, but decision.threshold = 0.6 (0.5)",
+            lines[2],
+        ]
+    );
+    assert!(lines[2].starts_with("footfall: x.csv: 0.0") && lines[2].ends_with(" s to estimate"));
+    assert_eq!(lines[3..], ["footfall: x.csv: ignored columns: mood"]);
+    assert_eq!(bench.run("replay x.csv -q -v").status.code(), Some(2));
+}
+
+#[test]
+fn what_strict_fails_for_is_said_even_quietly() {
+    let rows: String = (0..2000)
+        .map(|k| format!("{},0,0,1,0,0,0\n", f64::from(k) * 0.01))
+        .collect();
+    let bench = Bench::with("g.csv", format!("t,{AXES}\n{rows}"));
+    let said = bench.error("replay g.csv --strict -q");
+    assert!(said.lines().count() > 1, "{said}");
+}
+
+#[test]
+fn colour_is_for_terminals_and_those_who_force_it() {
+    let bench = Bench::new();
+    let said = |variables: &[(&str, &str)]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
+            .args(["replay", "absent.csv"])
+            .current_dir(&bench.directory)
+            .env_remove("NO_COLOR")
+            .envs(variables.iter().copied())
+            .output()
+            .expect("the command that was just built");
+        text(&output.stderr)
+    };
+    assert!(said(&[]).starts_with("footfall: absent.csv "));
+    assert!(said(&[("CLICOLOR_FORCE", "1")]).contains("error:\u{1b}[0m absent.csv "));
+    let neither = said(&[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]);
+    assert!(!neither.contains('\u{1b}'), "{neither:?}");
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_failure_and_the_rest_is_done() {
+    let rows: String = (0..30_000)
+        .map(|k| format!("{},0,0,9.81,0,0,0\n", f64::from(k) * 0.01))
+        .collect();
+    let bench = Bench::with("long.csv", format!("t,{AXES}\n{rows}"));
+    for command in [
+        "replay long.csv --output - --plot out.svg",
+        "replay long.csv long.csv --json",
+        "replay long.csv",
+        "schema replay",
+        "config --example",
+        "completions bash",
+        "man",
+        "--help",
+    ] {
+        // The reader has gone before anything is written.
+        let pipe = format!("{{ \"$0\" {command}; echo $? >&2; }} | true");
+        let output = shell(&bench, "bash", &pipe).expect("bash");
+        let said = text(&output.stderr);
+        if command.contains("long.csv long.csv") {
+            // Twice the same is refused, which is another failure.
+            assert!(said.ends_with("1\n"), "{said}");
+            continue;
+        }
+        assert_eq!(said, "0\n", "{command}");
+    }
+    assert!(read(&bench.path("out.svg")).starts_with("<svg"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_command_leaves_nothing_unfinished() {
+    let rows: String = (0..100_000)
+        .map(|k| format!("{},0,0,9.81,0,0,0\n", f64::from(k) * 0.01))
+        .collect();
+    let bench = Bench::with("long.csv", format!("t,{AXES}\n{rows}"));
+    let is_unfinished = || bench.files().iter().any(|name| name.ends_with(".part"));
+    // It may be done before it is interrupted.
+    let interrupted = (0..20).any(|_| {
+        // Interrupts are ignored where a shell without job control has started this.
+        let mut child = Command::new("env")
+            .args(["--default-signal=INT", env!("CARGO_BIN_EXE_footfall")])
+            .args(["replay", "long.csv", "--output", "out.csv"])
+            .current_dir(&bench.directory)
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the command that was just built");
+        while !is_unfinished() && child.try_wait().expect("a child").is_none() {
+            sleep(Duration::from_micros(500));
+        }
+        let kill = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .stderr(Stdio::null())
+            .status();
+        kill.expect("kill");
+        let status = child.wait().expect("a child");
+        assert!(!is_unfinished(), "{:?}", bench.files());
+        status.code() == Some(130)
+    });
+    assert!(interrupted);
+}
+
+#[test]
+fn a_configuration_is_checked_with_place_and_suggestion() {
+    let bench = Bench::new();
+    let check = |content: &str| {
+        fs::write(bench.path("c.toml"), content).expect("a file");
+        let output = bench.run("config --check c.toml");
+        (
+            output.status.code(),
+            text(&output.stdout) + &text(&output.stderr),
+        )
+    };
+    assert_eq!(
+        check("decision.threshold = 0.6\n"),
+        (Some(0), "c.toml: ok\n".to_owned())
+    );
+    for (content, expected) in [
+        (
+            "[decision]\non_delay = 1\n",
+            "line 2, column 1, key decision.on_delay: unknown field",
+        ),
+        (
+            "[decision]\non_delay = 1\n",
+            "did you mean decision.on_delay_s?",
+        ),
+        ("[decison]\nthreshold = 1\n", "line 1, column 2"),
+        ("[decison]\nthreshold = 1\n", "did you mean decision?"),
+        (
+            "\n[decision]\n threshold = 2\n",
+            "line 3, column 2, key decision.threshold is 2, allowed",
+        ),
+        ("a = [\n", "c.toml, line "),
+        (
+            "window = '20ms'\n",
+            "line 1, column 1, key window has an effect",
+        ),
+        (
+            "[accelerometer]\nscale = { az = 9 }\n",
+            "line 2, column 11: accelerometer.scale.az is 9",
+        ),
+    ] {
+        let (code, said) = check(content);
+        assert_eq!(code, Some(1));
+        assert!(
+            said.starts_with("footfall: c.toml, ") && said.contains(expected),
+            "{said}"
+        );
+    }
+    fs::write(bench.path("c.toml"), "window = '20ms'\n").expect("a file");
+    bench.stdout("config --check c.toml --preset paper");
+    assert!(
+        bench
+            .error("config --check absent.toml")
+            .contains("absent.toml cannot be read")
+    );
+}
+
+#[test]
+fn an_example_can_be_used_as_it_is_printed() {
+    let bench = Bench::with("x.csv", standing());
+    for preset in ["default", "paper"] {
+        let example = bench.stdout(&format!("config --example --preset {preset}"));
+        fs::write(bench.path("c.toml"), &example).expect("a file");
+        bench.stdout(&format!("config --check c.toml --preset {preset}"));
+        let replay = |config: &str| {
+            bench.stdout(&format!(
+                "replay x.csv --output - --preset {preset} {config}"
+            ))
+        };
+        assert!(replay("") == replay("--config c.toml"));
+        // A key of it that is set is one that counts.
+        let set = example.replace("#decision.on_delay_s = 0.02", "decision.on_delay_s = 0.5");
+        assert_ne!(set, example);
+        fs::write(bench.path("c.toml"), set).expect("a file");
+        assert!(replay("") != replay("--config c.toml"));
+    }
+    let said = bench.error("config --explain thresold");
+    assert_eq!(
+        said,
+        "footfall: there is no key thresold: did you mean decision.threshold?\n"
+    );
+    assert_eq!(bench.run("config").status.code(), Some(2));
+}
+
+#[test]
+fn a_typing_error_in_an_option_is_answered_with_what_is_near() {
+    let bench = Bench::with("x.csv", standing());
+    for (arguments, expected) in [
+        ("replay x.csv --gravity inclded", "'included'"),
+        ("replay x.csv --times dropbad", "'drop-bad'"),
+        ("replay x.csv --time-unit mss", "'ms'"),
+        ("replay x.csv --format pce-altas", "'pce-atlas'"),
+        ("replay x.csv --preset papr", "'paper'"),
+        ("replay x.csv --ouput y.csv", "'--output'"),
+        ("repaly x.csv", "'replay'"),
+        ("schema calibrat", "'calibrate'"),
+    ] {
+        let output = bench.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments}");
+        let said = text(&output.stderr);
+        assert!(
+            said.contains("similar") && said.contains(expected),
+            "{said}"
+        );
+    }
+    for arguments in [
+        "decode x.csv --output rows.txt",
+        "replay x.csv --output table.svg",
+    ] {
+        let said = bench.error(arguments);
+        assert!(
+            said.ends_with("tables are CSV, so the name must end in .csv\n"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn the_help_fits_80_columns_and_has_its_options_under_headings() {
+    let bench = Bench::new();
+    let help = |command: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
+            .args(command.split_whitespace())
+            .env("COLUMNS", "80")
+            .current_dir(&bench.directory)
+            .output();
+        text(&output.expect("the command that was just built").stdout)
+    };
+    for command in [
+        "--help",
+        "replay --help",
+        "calibrate --help",
+        "config --help",
+        "man --help",
+        "completions --help",
+    ] {
+        for line in help(command).lines() {
+            assert!(line.chars().count() <= 80, "{command}: {line}");
+        }
+    }
+    let replay = help("replay --help");
+    for heading in [
+        "\nInput:\n",
+        "\nEstimator:\n",
+        "\nOutput:\n",
+        "\nExamples:\n",
+    ] {
+        assert!(replay.contains(heading), "{replay}");
+    }
+    assert!(help("--help").contains("\nExit codes:\n"));
+}
+
+#[test]
+fn bash_takes_the_completions() {
+    let bench = Bench::new();
+    for name in SHELLS {
+        let script = bench.stdout(&format!("completions {name}"));
+        fs::write(bench.path(name), script).expect("a file");
+    }
+    let commands = "set -e; bash -n bash; source ./bash; complete -p footfall; \
+        COMP_WORDS=(footfall replay --pre); COMP_CWORD=2; _footfall footfall --pre replay; \
+        echo \"${COMPREPLY[@]}\"";
+    match shell(&bench, "bash", commands) {
+        Ok(output) => {
+            assert!(output.status.success(), "{output:?}");
+            let said = text(&output.stdout);
+            assert!(said.contains("-F _footfall"), "{said}");
+            assert!(said.ends_with("\n--preset\n"), "{said}");
+        }
+        Err(_) => unmet("bash is not installed"),
+    }
+}
+
+#[test]
+fn manual_pages_are_without_a_warning() {
+    let bench = Bench::new();
+    bench.stdout("man --out pages");
+    let pages: Vec<String> = fs::read_dir(bench.path("pages"))
+        .expect("a folder")
+        .map(|entry| {
+            entry
+                .expect("an entry")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
+        .collect();
+    for page in [
+        "footfall.1",
+        "footfall-replay.1",
+        "footfall-config.1",
+        "footfall-man.1",
+    ] {
+        assert!(pages.iter().any(|name| name == page), "{pages:?}");
+    }
+    assert_eq!(bench.stdout("man"), read(&bench.path("pages/footfall.1")));
+    assert!(read(&bench.path("pages/footfall-replay.1")).contains("footfall\\-replay"));
+    for page in &pages {
+        match shell(
+            &bench,
+            "sh",
+            &format!("groff -man -ww -Tutf8 -z pages/{page}"),
+        ) {
+            Ok(output) if output.status.code() != Some(127) => {
+                assert!(
+                    output.status.success() && output.stderr.is_empty(),
+                    "{output:?}"
+                );
+            }
+            _ => return unmet("groff is not installed"),
+        }
+    }
+}

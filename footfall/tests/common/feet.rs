@@ -1,0 +1,28 @@
+//! Feet that walk and sensors that lie still, as tables.
+
+use gait::{GaitName, Ground, Plan, SensorParams, record};
+use recordings::output::write_recording;
+
+use super::AXES;
+
+/// A simulated walk.
+pub fn csv(gait: GaitName, seconds: f64) -> Vec<u8> {
+    let plan = Plan::steady(gait, Ground::Hard, seconds, 3);
+    let recording = record(&plan, &SensorParams::LSM6DSOX, 3);
+    let mut bytes = Vec::new();
+    write_recording(&recording.samples, &mut bytes).expect("memory is enough");
+    bytes
+}
+
+/// A sensor in g times `unit` that lies still on some of its six sides, two seconds each.
+pub fn lying(sides: usize, unit: f64) -> String {
+    let mut rows = String::new();
+    for k in 0..sides * 200 {
+        let side = k / 200;
+        let mut force = [0.1, -0.05, 0.08];
+        force[side / 2] += unit * if side % 2 == 0 { 1.0 } else { -1.0 };
+        let [x, y, z] = force;
+        rows += &format!("{:.2},{x},{y},{z},0.01,0,-0.02\n", k as f64 * 0.01);
+    }
+    format!("t,{AXES}\n{rows}")
+}

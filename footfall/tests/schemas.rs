@@ -1,0 +1,218 @@
+//! The JSON of every command against its schema, by another's validator.
+
+mod common;
+#[path = "../../wire/tests/python/environment.rs"]
+mod environment;
+#[path = "../../host-tests/tests/python/packages.rs"]
+mod packages;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use common::feet::{csv, lying};
+use common::{AXES, Bench, labelled, standing, unmet};
+use footfall::schema::Kind;
+use gait::GaitName;
+use serde_json::Value;
+
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python");
+const REQUIREMENTS: &str = include_str!("python/requirements.txt");
+
+/// What a command prints, beside the schema of its kind, in files.
+struct Objects {
+    bench: Bench,
+    files: Vec<PathBuf>,
+}
+
+impl Objects {
+    fn new() -> Self {
+        let bench = Bench::new();
+        for kind in Kind::ALL {
+            let schema = bench.stdout(&format!("schema {}", kind.name()));
+            fs::write(bench.path(&schema_file(kind)), schema).expect("a file");
+        }
+        Self {
+            bench,
+            files: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, kind: Kind, json: &str) {
+        let schema = self.bench.path(&schema_file(kind));
+        let object = self.bench.path(&format!("{}.json", self.files.len()));
+        fs::write(&object, json).expect("a file");
+        self.files.extend([schema, object]);
+    }
+
+    /// Has them checked; what stands in the way is said in one line.
+    fn check(&self) -> Result<(), String> {
+        let interpreter = environment::make()?;
+        let packages = packages::install(&interpreter, "python-jsonschema", REQUIREMENTS)?;
+        let output = Command::new(interpreter)
+            .arg(Path::new(FOLDER).join("schemas.py"))
+            .args(&self.files)
+            .env("PYTHONPATH", packages)
+            .output()
+            .map_err(|error| error.to_string())?;
+        // From here on a failure is no lack of packages.
+        assert!(
+            output.status.success(),
+            "{}",
+            common::text(&output.stdout) + &common::text(&output.stderr)
+        );
+        Ok(())
+    }
+}
+
+fn schema_file(kind: Kind) -> String {
+    format!("{}.schema.json", kind.name())
+}
+
+/// Recordings whose numbers are anything.
+fn benches() -> Bench {
+    let bench = Bench::with("stand.csv", standing());
+    // In g, with samples that are not finite, and without labels.
+    let in_g: String = (0..2000)
+        .map(|k| match k % 500 {
+            7 => format!("{},nan,inf,1,0,-inf,1e300\n", f64::from(k) * 0.002),
+            _ => format!("{},0,0.0{},1,0,0,0\n", f64::from(k) * 0.002, k % 10),
+        })
+        .collect();
+    for (name, content) in [
+        ("g.csv", format!("t,{AXES}\n{in_g}")),
+        (
+            "nan.csv",
+            format!(
+                "t,{AXES},label\n0,nan,nan,nan,nan,nan,nan,1\n0.01,nan,nan,nan,nan,nan,nan,0\n"
+            ),
+        ),
+        (
+            "go1.csv",
+            "250,0,0,1,0,0,0\n".repeat(40) + &"250,,,,,,\n".repeat(60),
+        ),
+        ("level.csv", level()),
+        ("rests.csv", lying(6, 9.81)),
+        (
+            "robot.toml",
+            "attitude.gyro_timing = '1.5ms'\nlearning = 'frozen'\ngyroscope.bias_rad_s.wx = 0.01\n"
+                .to_owned(),
+        ),
+    ] {
+        fs::write(bench.path(name), content).expect("a file");
+    }
+    fs::write(bench.path("walk.csv"), csv(GaitName::Walk, 12.0)).expect("a file");
+    bench
+}
+
+/// A sensor that lies level, with its true orientation, which is lost once.
+fn level() -> String {
+    let row = |k: u32| {
+        let truth = if k == 150 { ",,," } else { "1,0,0,0" };
+        format!("{:.2},0,0,9.81,0,0,0,{truth}\n", f64::from(k) * 0.01)
+    };
+    format!(
+        "t,{AXES},qw,qx,qy,qz\n{}",
+        (0..200).map(row).collect::<String>()
+    )
+}
+
+#[test]
+fn every_object_is_as_its_schema_says() {
+    let bench = benches();
+    let mut objects = Objects::new();
+    bench.stdout("calibrate walk.csv --output learnt.toml");
+    for arguments in [
+        "stand.csv",
+        "stand.csv walk.csv g.csv",
+        "walk.csv --config learnt.toml",
+        "walk.csv --config robot.toml --from 3 --to 4",
+        "walk.csv --from 100",
+        "stand.csv --preset paper --gravity included --window 20ms",
+        "go1.csv --format pce-go1 --preset paper",
+        "nan.csv",
+    ] {
+        objects.add(
+            Kind::Replay,
+            &bench.stdout(&format!("replay {arguments} --json")),
+        );
+    }
+    objects.add(Kind::Calibrate, &bench.stdout("calibrate walk.csv --json"));
+    objects.add(
+        Kind::CalibrateRests,
+        &bench.stdout("calibrate --rests rests.csv --json"),
+    );
+    objects.add(
+        Kind::Attitude,
+        &bench.stdout("attitude level.csv level.csv --json"),
+    );
+    bench.stdout("demo --out demo");
+    for log in ["can.log", "uart.bin"] {
+        objects.add(
+            Kind::Decode,
+            &bench.stdout(&format!("decode demo/{log} --json")),
+        );
+    }
+    // Damage and a fault.
+    let damaged = "(1.000000) can0 091#0170010100000000\n(1.000000) can0 191#FF\nnonsense\n";
+    fs::write(bench.path("damaged.log"), damaged).expect("a file");
+    objects.add(Kind::Decode, &bench.stdout("decode damaged.log --json"));
+    let evaluation = labelled::bench().stdout("evaluate --datasets data --json");
+    objects.add(Kind::Evaluate, &evaluation);
+    if let Err(missing) = objects.check() {
+        unmet(&missing);
+    }
+}
+
+#[test]
+fn the_json_of_a_replay_says_what_it_was_computed_with() {
+    let bench = benches();
+    let replay = |arguments: &str| -> Value {
+        let json = bench.stdout(&format!("replay stand.csv {arguments} --json"));
+        serde_json::from_str(&json).expect("JSON")
+    };
+    let json = replay("--config robot.toml");
+    assert_eq!(json["schema"], "urn:footfall:replay:1");
+    assert_eq!(json["version"], env!("CARGO_PKG_VERSION"));
+    let recording = &json["recordings"][0];
+    assert_eq!(recording["input"]["file"], "stand.csv");
+    assert_eq!(recording["input"]["format"], "csv");
+    let estimation = &recording["estimation"];
+    let parameters = &estimation["parameters"];
+    for (found, expected) in [
+        (&estimation["preset"], Value::from("default")),
+        (
+            &estimation["correction"]["gyroscope_bias_rad_s"][0],
+            0.01.into(),
+        ),
+        (&parameters["learning"], "frozen".into()),
+        (&parameters["gravity"], "included".into()),
+        (&parameters["gyro_timing"]["delay_s"], 0.0015.into()),
+        (&parameters["numbers"]["sample_rate"], 1000.0.into()),
+        (&parameters["numbers"]["decision.threshold"], 0.5.into()),
+        (&parameters["learnt_before"], Value::Null),
+    ] {
+        assert_eq!(*found, expected);
+    }
+    assert!(estimation["learnt"]["still_seconds"].is_number());
+    let paper = replay("--preset paper --gravity included --window 20ms");
+    let parameters = &paper["recordings"][0]["estimation"]["parameters"];
+    assert_eq!(parameters["method"], "half_widths");
+    assert_eq!(parameters["window"]["duration_s"], 0.02);
+}
+
+#[test]
+fn a_command_that_fails_prints_no_json() {
+    let bench = benches();
+    for arguments in [
+        "replay absent.csv --json",
+        "replay g.csv --strict --json",
+        "calibrate stand.csv --json",
+        "decode stand.csv --json",
+    ] {
+        assert!(
+            bench.error(arguments).starts_with("footfall: "),
+            "{arguments}"
+        );
+    }
+}
