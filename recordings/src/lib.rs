@@ -7,12 +7,14 @@
 //! | a file becomes a recording | [`input`] |
 //! | samples in a temporary file, steps of a clock | [`spool`], `steps` |
 //! | what cannot be right about it | [`plausible`] |
+//! | the sensor's mounting, from gravity at rest | [`mounting`] |
 //! | the estimator runs over it | [`replay`] |
 //! | samples and estimates become a table | [`output`] |
 //! | the names of validities in both kinds of files | [`validity`] |
 //! | numbers in messages | [`number`] |
 
 pub mod input;
+pub mod mounting;
 pub mod number;
 pub mod output;
 pub mod plausible;

@@ -9,7 +9,7 @@
 //! | columns of a `csv` that are no part of a recording: the true orientation | `extra`, `truth` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`pce`] |
 //! | rows in order, whatever they are read from, and where they go | `rows`, `stored` |
-//! | the sensor's static calibration | `correction` |
+//! | the sensor's static calibration, and its mounting | `correction` |
 //! | what comes out, and what can be wrong | `loaded`, [`error`] |
 //!
 //! All of them are tables of numbers separated by commas, semicolons or tabs, plain or compressed
@@ -56,6 +56,7 @@ pub use mapping::Mapping;
 pub use options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Times, Units};
 pub use stored::{About, Stored};
 
+use crate::mounting;
 use crate::space::Rotation;
 use pce::LabelScheme;
 use table::{Table, unwrapped};
@@ -142,9 +143,9 @@ impl Opened {
     }
 
     /// Reads a `csv` that has the columns `qw`, `qx`, `qy` and `qz`, too: a unit quaternion per
-    /// row, Hamilton, sensor → world, z up, blank where it is not known. Gives it for each sample;
-    /// `None`, too, where a column `movement` says that the row does not count. Whatever the
-    /// format is said to be, the file is read as a `csv`.
+    /// row, Hamilton, sensor → world, z up, blank where it is not known. Gives it for each sample, from
+    /// the frame of the foot, as the samples are; `None`, too, where a column `movement` says that the
+    /// row does not count. Whatever the format is said to be, the file is read as a `csv`.
     ///
     /// # Errors
     /// The first thing that is wrong with it, with file, line and column; or no row counts.
@@ -161,7 +162,10 @@ impl Opened {
         let loaded = stored
             .into_loaded()
             .map_err(|source| InputError::Spool { file, source })?;
-        Ok((loaded, orientations.rows))
+        // The truth is the sensor's, the samples are the foot's.
+        let to_sensor = mounting::rotation(&hints.correction.mounting).inverse();
+        let turn = |truth: Option<Rotation>| truth.map(|truth| truth.after(to_sensor));
+        Ok((loaded, orientations.rows.into_iter().map(turn).collect()))
     }
 }
 
