@@ -10,9 +10,10 @@ use recordings::input::{Correction, Loaded};
 use recordings::plausible::{self, Finding};
 use serde::Serialize;
 
-use super::recording::{Configuration, RecordingArguments};
+use super::recording::{Configuration, RecordingArguments, with_mounting};
 use crate::calibrate::CalibrationError;
 use crate::calibrate::learnt::LearntCalibration;
+use crate::calibrate::mounting::{MountingReport, RestingUp};
 use crate::calibrate::robot_file::RobotFile;
 use crate::calibrate::sensor::SensorCalibration;
 use crate::config::ConfigError;
@@ -32,7 +33,7 @@ pub struct CalibrateArguments {
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
     /// Find accelerometer bias and scale and gyroscope bias instead
-    #[arg(long, conflicts_with = "plot")]
+    #[arg(long, conflicts_with_all = ["plot", "axes"])]
     pub rests: bool,
     /// How they are read, and with which parameters.
     #[command(flatten)]
@@ -53,13 +54,20 @@ pub struct CalibrateArguments {
 struct WithInputs<'a, R> {
     #[serde(flatten)]
     report: &'a R,
+    /// The mounting, where it is not that of the foot's own axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mounting: Option<MountingReport>,
     /// By the name of the file.
     inputs: BTreeMap<String, InputReport>,
 }
 
 impl<R: Display> Display for WithInputs<'_, R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.report.fmt(f)
+        self.report.fmt(f)?;
+        match &self.mounting {
+            Some(mounting) => write!(f, "\n{mounting}"),
+            None => Ok(()),
+        }
     }
 }
 
@@ -83,6 +91,7 @@ impl CalibrateArguments {
     fn learn(&self, configuration: &Configuration) -> Result<(), Error> {
         let hints = self.recording.hints(configuration)?;
         let mut inputs = BTreeMap::new();
+        let mut rest = RestingUp::default();
         let mut calibration = None;
         for input in &self.inputs {
             let opened = progress::open(input, self.recording.format, &Bars::default())?;
@@ -96,9 +105,10 @@ impl CalibrateArguments {
             };
             let loaded = opened.read(&hints)?;
             loaded.notices.iter().for_each(warn);
-            let findings = plausible::check(&loaded.recording);
+            let findings = with_mounting(plausible::check(&loaded.recording), &hints);
             self.recording.report(&file, &findings)?;
             inputs.insert(file.clone(), InputReport::of(&loaded, &findings));
+            rest.add(plausible::gravity_at_rest(&loaded.recording));
             calibration
                 .add(&loaded.recording)
                 .map_err(|error| origins.explain(&error, &params))?;
@@ -112,11 +122,21 @@ impl CalibrateArguments {
                 to.write_all(plot::distribution::svg(&foot)?.as_bytes())
             })?;
         }
+        if let Some(degrees) = rest.disagreement() {
+            warn(format!(
+                "which way is up differs by {degrees:.0}° from the mean of all recordings, so no axes are found: calibrate those of one mounting together"
+            ));
+        }
+        let mounting = MountingReport::of(&rest, &hints.correction.mounting);
         let report = WithInputs {
             report: &foot,
+            mounting,
             inputs,
         };
-        self.write_outputs(configuration, &report, |file| file.set_learnt(&foot))
+        self.write_outputs(configuration, &report, |file| {
+            file.set_learnt(&foot);
+            file.set_mounting(report.mounting.as_ref());
+        })
     }
 
     fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
@@ -148,6 +168,7 @@ impl CalibrateArguments {
             .map_err(CalibrationError::from)?;
         let report = WithInputs {
             report: &sensor,
+            mounting: None,
             inputs,
         };
         self.write_outputs(configuration, &report, |file| file.set_sensor(&sensor))

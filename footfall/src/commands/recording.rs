@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use estimator_core::{Gravity, Params, WindowLength};
-use recordings::input::{Format, Hints, Mapping, TableOptions, TimeUnit, Times, Units};
+use estimator_core::{Gravity, Mounting, Params, WindowLength};
+use recordings::input::{Correction, Format, Hints, Mapping, TableOptions, TimeUnit, Times, Units};
 use recordings::plausible::Finding;
 
 use crate::config::{
-    ConfigError, Origins, Overrides, Preset, RateOrigin, parse_gravity, parse_sample_rate,
+    ConfigError, Origins, Overrides, Preset, RateOrigin, parse_axes, parse_gravity,
+    parse_sample_rate,
 };
 use crate::error::Error;
 use crate::report::warn;
@@ -34,6 +35,9 @@ pub struct RecordingArguments {
     /// Whether the accelerations contain gravity: included or removed
     #[arg(long, value_name = "included|removed", value_parser = parse_gravity)]
     pub gravity: Option<Gravity>,
+    /// How the sensor lies.
+    #[command(flatten)]
+    pub mounting: MountingArguments,
     /// How tables of others are read.
     #[command(flatten)]
     pub table: TableArguments,
@@ -41,6 +45,21 @@ pub struct RecordingArguments {
     /// that jumps
     #[arg(long)]
     pub strict: bool,
+}
+
+/// How the sensor lies in the foot.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct MountingArguments {
+    /// The mounting, where it was given.
+    #[arg(
+        long,
+        value_name = "x,-z,y|w,x,y,z",
+        value_parser = parse_axes,
+        allow_hyphen_values = true,
+        help = "The sensor's axes along the foot's x, y and z, which is up; or a unit quaternion from \
+                the sensor's frame to the foot's. footfall calibrate finds it"
+    )]
+    pub axes: Option<Mounting>,
 }
 
 /// How a csv of others is read; docs/formats.md lists what is recognised without.
@@ -92,6 +111,15 @@ fn format_parser() -> impl TypedValueParser<Value = Format> {
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Format>())
 }
 
+/// Findings about a recording that was read with `hints`: the axes that they name take the place of those.
+pub(super) fn with_mounting(findings: Vec<Finding>, hints: &Hints) -> Vec<Finding> {
+    let mounting = &hints.correction.mounting;
+    let findings = findings.into_iter();
+    findings
+        .map(|finding| finding.with_mounting(mounting))
+        .collect()
+}
+
 impl RecordingArguments {
     /// Reports what is not plausible about a recording.
     ///
@@ -119,7 +147,7 @@ impl RecordingArguments {
 
     /// What is known about the files beyond their format.
     pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
-        let hints = configuration.hints(self.sample_rate, self.gravity)?;
+        let hints = configuration.hints(self.sample_rate, self.gravity, self.mounting)?;
         Ok(Hints {
             table: self.table.options(),
             ..hints
@@ -148,13 +176,17 @@ impl Configuration {
         &self,
         sample_rate: Option<f32>,
         gravity: Option<Gravity>,
+        MountingArguments { axes }: MountingArguments,
     ) -> Result<Hints, Error> {
+        let file = self.name.as_deref().unwrap_or_default();
+        let correction = self.overrides.correction(file)?;
         Ok(Hints {
             sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
             gravity: gravity.or(self.overrides.gravity),
-            correction: self
-                .overrides
-                .correction(self.name.as_deref().unwrap_or_default())?,
+            correction: Correction {
+                mounting: axes.unwrap_or(correction.mounting),
+                ..correction
+            },
             table: TableOptions::default(),
         })
     }

@@ -8,7 +8,7 @@ use clap::Args;
 use estimator_core::WindowLength;
 use recordings::output::{Feet, write_header};
 
-use super::recording::{Configuration, RecordingArguments};
+use super::recording::{Configuration, RecordingArguments, with_mounting};
 use crate::config::{parse_seconds, parse_window};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
@@ -123,7 +123,8 @@ impl ReplayArguments {
         }
         let file = input.display().to_string();
         let origins = configuration.origins(&file, self.recording.sample_rate, self.window);
-        let stored = opened.store_all(&self.recording.hints(configuration)?)?;
+        let hints = self.recording.hints(configuration)?;
+        let stored = opened.store_all(&hints)?;
         origins.check_effects(&params)?;
         let preset = self.recording.preset;
         let mut notices = Vec::new();
@@ -157,6 +158,7 @@ impl ReplayArguments {
                 ReplayError::Params(error) => origins.explain(&error, &params).into(),
                 other => Error::Replay(other),
             })?;
+            foot.findings = with_mounting(foot.findings, &hints);
             let about = &stored.about;
             let report = InputReport::new(&about.notices, about.repairs, &foot.findings);
             foot.summary.input = Some(report);
