@@ -96,7 +96,9 @@ fn what_no_sensor_has_is_refused_with_what_to_change() {
 
 #[test]
 fn the_finding_names_the_axes_that_answer_it() {
-    let bench = bench();
+    let row = |k: u32| format!("{:.3},0,9.81,0,0,0,0\n", f64::from(k) * 1e-3);
+    let rows: String = (0..1000).map(row).collect();
+    let bench = Bench::with("side.csv", format!("t,{AXES}\n{rows}"));
     let stderr = |arguments: &str| common::text(&bench.run(arguments).stderr);
     assert_eq!(
         stderr("replay side.csv"),
@@ -185,7 +187,7 @@ fn the_orientation_in_a_table_is_the_sensors_whatever_the_axes_are() {
             let half = 0.5_f64.sqrt();
             let [c, s] = [0.99995 * half, 0.01 * half];
             format!(
-                "{:.2},0,9.81,0,0,0,0,{c},{c},{s},{s}\n",
+                "{:.2},0,9.81,0,0,0,0,{c},{c},-{s},{s}\n",
                 f64::from(k) * 0.01
             )
         })
