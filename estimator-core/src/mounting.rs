@@ -9,6 +9,9 @@
 //! A sensor that is at the end of its range is so as a whole, whatever axis it is:
 //! [`Validity`](crate::Validity) stays as it was.
 
+// A microcontroller has no text to read, and the core library's reader of numbers can panic.
+#[cfg(not(target_os = "none"))]
+mod read;
 mod text;
 
 use crate::sample::{AngularRate, SpecificForce};

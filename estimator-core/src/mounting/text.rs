@@ -1,7 +1,6 @@
-//! A mounting as text, on a command line and in a file: `x,-z,y`, or a quaternion such as `0.8,0.6,0,0`.
+//! A mounting as text: `x,-z,y`, or a quaternion such as `0.8,0.6,0,0`.
 
 use core::fmt::{self, Display, Formatter};
-use core::str::FromStr;
 
 use super::{Mounting, MountingError, MountingParams, SensorAxis};
 use crate::vector::Quaternion;
@@ -19,14 +18,9 @@ impl SensorAxis {
             Self::MinusZ => "-z",
         }
     }
-
-    fn from_name(name: &str) -> Option<Self> {
-        let mut all = Self::ALL.into_iter();
-        all.find(|axis| axis.name() == name.strip_prefix('+').unwrap_or(name))
-    }
 }
 
-/// As [`MountingParams::from_str`] reads it, to the bit.
+/// As it is read, to the bit.
 impl Display for MountingParams {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
@@ -36,58 +30,11 @@ impl Display for MountingParams {
     }
 }
 
-/// As [`Mounting::from_str`] reads it, to the bit.
+/// As it is read, to the bit.
 impl Display for Mounting {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.params().fmt(f)
     }
-}
-
-impl FromStr for MountingParams {
-    type Err = MountingError;
-
-    /// Reads three axes or the four numbers w, x, y, z, separated by commas.
-    fn from_str(text: &str) -> Result<Self, MountingError> {
-        parts(text)
-            .and_then(|axes| all(axes, SensorAxis::from_name))
-            .map(Self::Axes)
-            .or_else(|| {
-                let [w, x, y, z] = all(parts(text)?, |number| number.parse().ok())?;
-                Some(Self::Rotation(Quaternion { w, x, y, z }))
-            })
-            .ok_or(MountingError::Unreadable)
-    }
-}
-
-impl FromStr for Mounting {
-    type Err = MountingError;
-
-    /// Reads what [`MountingParams`] reads, and checks it.
-    fn from_str(text: &str) -> Result<Self, MountingError> {
-        text.parse::<MountingParams>()?.validate()
-    }
-}
-
-/// The parts of a text, where there are as many.
-fn parts<const N: usize>(text: &str) -> Option<[&str; N]> {
-    let mut split = text.split(',').map(str::trim);
-    let parts = [(); N].map(|()| split.next());
-    match split.next() {
-        None => all(parts, |part| part),
-        Some(_) => None,
-    }
-}
-
-/// Each of them as something else, where all can be.
-fn all<T: Copy, U: Copy + Default, const N: usize>(
-    from: [T; N],
-    read: impl Fn(T) -> Option<U>,
-) -> Option<[U; N]> {
-    let mut to = [U::default(); N];
-    for (to, from) in to.iter_mut().zip(from) {
-        *to = read(from)?;
-    }
-    Some(to)
 }
 
 /// Axes for people.
