@@ -96,8 +96,10 @@ pub enum MountingParams {
     Rotation(Quaternion),
 }
 
-/// How far the length of a quaternion may be from 1, as it is written with three decimals.
-const LENGTH_TOLERANCE: f32 = 1.0e-3;
+/// What the length of a quaternion may be, as it is written with three decimals.
+const LEAST_LENGTH: f32 = 0.999;
+/// See [`LEAST_LENGTH`].
+const MOST_LENGTH: f32 = 1.001;
 
 /// A square of a length that is 1 but for rounding: such a quaternion keeps its bits.
 const ROUNDED: f32 = 2.0e-6;
@@ -122,8 +124,8 @@ impl MountingParams {
                 let Quaternion { w, x, y, z } = quaternion;
                 let square = w * w + x * x + y * y + z * z;
                 let length = crate::root::sqrt(square);
-                // Not `> …`: a NaN must fail too.
-                if !((length - 1.0).abs() <= LENGTH_TOLERANCE) {
+                // A NaN lies in no range.
+                if !(LEAST_LENGTH..=MOST_LENGTH).contains(&length) {
                     return Err(MountingError::Length { length });
                 }
                 if x == 0.0 && y == 0.0 && z == 0.0 {
