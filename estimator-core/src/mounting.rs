@@ -197,17 +197,19 @@ impl Mounting {
         }
     }
 
-    /// The readings of both sensors in the foot's frame.
-    #[inline]
-    #[must_use]
-    pub fn apply(&self, force: SpecificForce, rate: AngularRate) -> (SpecificForce, AngularRate) {
-        if matches!(self.0, Turn::None) {
-            return (force, rate);
+    /// Turns the readings of both sensors to the foot's frame.
+    // In place and in the caller, so that a sensor with the foot's axes costs a comparison.
+    #[inline(always)]
+    pub fn apply(&self, force: &mut SpecificForce, rate: &mut AngularRate) {
+        if !matches!(self.0, Turn::None) {
+            self.turn_both(&mut force.0, &mut rate.0);
         }
-        (
-            SpecificForce(self.turn(force.0)),
-            AngularRate(self.turn(rate.0)),
-        )
+    }
+
+    #[inline(never)]
+    fn turn_both(&self, force: &mut Vec3, rate: &mut Vec3) {
+        *force = self.turn(*force);
+        *rate = self.turn(*rate);
     }
 }
 

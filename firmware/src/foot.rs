@@ -176,7 +176,12 @@ impl Foot {
         let load = self.load(reading, ports);
 
         self.renew_estimator();
-        let sample = self.in_foot_frame(&measurement.sample);
+        let mut sample = ImuSample {
+            specific_force: self.accelerometer.apply(measurement.sample.specific_force),
+            ..measurement.sample
+        };
+        self.mounting
+            .apply(&mut sample.specific_force, &mut sample.angular_rate);
         let estimate = self.estimator.update(&sample, load);
         self.set_stage(measurement, estimate.flags, ports);
 
@@ -190,18 +195,6 @@ impl Foot {
             self.check_bias(ports);
         }
         self.report_liveness(measurement, ports);
-    }
-
-    /// A measured sample with the accelerometer's errors taken out, in the frame of the foot.
-    #[inline]
-    fn in_foot_frame(&self, measured: &ImuSample) -> ImuSample {
-        let force = self.accelerometer.apply(measured.specific_force);
-        let (specific_force, angular_rate) = self.mounting.apply(force, measured.angular_rate);
-        ImuSample {
-            specific_force,
-            angular_rate,
-            ..*measured
-        }
     }
 
     /// On the first tick: the boot-up message, and the faults known since before the start.

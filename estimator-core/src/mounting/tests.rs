@@ -53,10 +53,9 @@ fn what_is_written_stands_for_the_foots_axes_in_their_order() {
     let mounting = mounting("x,-z,y");
     let up = Vec3::new(0.0, 9.81, 0.0);
     assert_eq!(mounting.turn(up), Vec3::new(0.0, 0.0, 9.81));
-    let (force, rate) = mounting.apply(
-        SpecificForce(Vec3::new(1.0, 2.0, 3.0)),
-        AngularRate(Vec3::new(4.0, 5.0, 6.0)),
-    );
+    let mut force = SpecificForce(Vec3::new(1.0, 2.0, 3.0));
+    let mut rate = AngularRate(Vec3::new(4.0, 5.0, 6.0));
+    mounting.apply(&mut force, &mut rate);
     assert_eq!(force.0, Vec3::new(1.0, -3.0, 2.0));
     assert_eq!(rate.0, Vec3::new(4.0, -6.0, 5.0));
 }

@@ -25,8 +25,10 @@ impl Correction {
     /// The truth behind a reading, in the frame of the foot.
     #[must_use]
     pub fn apply(&self, force: SpecificForce, rate: AngularRate) -> (SpecificForce, AngularRate) {
-        let rate = AngularRate(rate.0 - self.gyroscope_bias);
-        self.mounting.apply(self.accelerometer.apply(force), rate)
+        let mut force = self.accelerometer.apply(force);
+        let mut rate = AngularRate(rate.0 - self.gyroscope_bias);
+        self.mounting.apply(&mut force, &mut rate);
+        (force, rate)
     }
 }
 

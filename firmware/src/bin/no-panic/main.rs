@@ -18,7 +18,7 @@ use core::panic::PanicInfo;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
-use estimator_core::{ContactEstimator, ImuSample, Load, Parameter, Timestamp};
+use estimator_core::{ContactEstimator, Load, Parameter, Timestamp};
 use lsm6dsox::{Config, FrequencyFine, FrozenDetector, Lsm6dsox, SensorTimestamp};
 use wire::node::BootCause;
 use wire::{Event, Fault, Node, Settings, pdo, uart};
@@ -113,12 +113,9 @@ fn mounting() {
     let params = any_mounting();
     used(params.validate());
     if let Ok(mounting) = params.validate() {
-        let ImuSample {
-            specific_force,
-            angular_rate,
-            ..
-        } = any_sample();
-        used(mounting.apply(specific_force, angular_rate));
+        let mut sample = any_sample();
+        mounting.apply(&mut sample.specific_force, &mut sample.angular_rate);
+        used(sample);
         used(mounting.params());
     }
 }
