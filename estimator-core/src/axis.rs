@@ -1,6 +1,6 @@
 //! The six axes of an IMU, and a value for each of them.
 
-/// One of the six axes of an IMU, in the sensor frame.
+/// One of the six axes of an IMU, in the frame of the foot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
     /// Acceleration along x.

@@ -12,7 +12,8 @@ use crate::units::STANDARD_GRAVITY;
 use crate::vector::{Quaternion, Vec3};
 use crate::window::{AnyRing, Filling, Ring};
 
-/// What is known about the foot's contact after one sample.
+/// What is known about the foot's contact after one sample. The frame of the foot is that of the samples,
+/// to which a [mounting](crate::mounting) has turned them; without one it is the sensor's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactEstimate {
     /// The timestamp of the sample that led to this estimate.
@@ -25,15 +26,14 @@ pub struct ContactEstimate {
     pub phase: Phase,
     /// Reasons to doubt the estimate.
     pub flags: Flags,
-    /// Orientation, sensor → world; heading is arbitrary. The identity with
-    /// [`Gravity::Removed`].
+    /// Orientation, foot → world; heading is arbitrary. The identity with [`Gravity::Removed`].
     pub orientation: Quaternion,
     /// Acceleration with gravity removed, and with [`Method::SelfCalibrating`] what quiet stances show
-    /// to be left of it; sensor frame, m/s². Zero where it is not known.
+    /// to be left of it; frame of the foot, m/s². Zero where it is not known.
     pub linear_acceleration: LinearAcceleration,
-    /// Angular rate with bias removed, sensor frame, rad/s. Zero where it is not known.
+    /// Angular rate with bias removed, frame of the foot, rad/s. Zero where it is not known.
     pub angular_rate: AngularRate,
-    /// Estimated gyroscope bias, sensor frame, rad/s.
+    /// Estimated gyroscope bias, frame of the foot, rad/s.
     pub gyro_bias: AngularRate,
 }
 

@@ -6,6 +6,7 @@
 //! |---|---|
 //! | what can be set, what it may be, and what it comes to | [`params`], [`parameter`], [`config`] |
 //! | six numbers in SI units, with their time and quality | [`sample`] |
+//! | before the estimator: an accelerometer's errors taken out, and the sensor's axes turned to the foot's | [`correction`], [`mounting`] |
 //! | orientation, so that gravity can be taken out, and gyro bias | [`attitude`], [`rest`] |
 //! | probability of stillness, with limits that the foot finds itself | [`stillness`], with [`erf`](mod@erf) and [`logarithm`] |
 //! | or, with half-widths that are set: how much of the sample's kernel lies within them | [`kernel`] |
@@ -60,6 +61,7 @@ pub mod erf;
 pub mod flag;
 pub mod kernel;
 pub mod logarithm;
+pub mod mounting;
 mod order;
 pub mod parameter;
 pub mod params;
@@ -81,6 +83,7 @@ pub use config::Config;
 pub use contact::{ContactEstimate, ContactEstimator};
 pub use correction::AccelerometerCorrection;
 pub use flag::{Flag, Flags};
+pub use mounting::{Mounting, MountingError, MountingParams, SensorAxis};
 pub use parameter::Parameter;
 pub use params::{DecisionParams, Gravity, LoadParams, Method, Params, WindowLength};
 pub use phase::{Decision, Load, Phase};

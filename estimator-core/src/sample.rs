@@ -1,7 +1,8 @@
 //! One IMU sample in SI units, and how much of it can be believed.
 //!
 //! A driver converts to SI once, at its edge; from here on every quantity has a type that
-//! says what it is. Axes are those of the sensor.
+//! says what it is. Axes are those of the sensor until a [mounting](crate::mounting) turns them to those
+//! of the foot.
 
 use crate::vector::Vec3;
 

@@ -99,8 +99,8 @@ impl Mul<f32> for Vec3 {
     }
 }
 
-/// A unit quaternion in Hamilton's convention, sensor → world: it turns a vector's sensor-frame
-/// components into world-frame components. World z points up; heading is arbitrary.
+/// A unit quaternion in Hamilton's convention, sensor → world unless it says otherwise: it turns a
+/// vector's sensor-frame components into world-frame components. World z points up; heading is arbitrary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quaternion {
     /// Scalar part.

@@ -8,7 +8,7 @@
 //! | requests that came in, and their answers | `requests` |
 //! | faults of the sensor, the bus and the tick: raised and cleared | `faults` |
 //! | the load on the foot | `load` |
-//! | the estimate, by a new estimator after a change of settings | `renewal`, `estimator_core` |
+//! | the sample put right and turned to the foot's axes; the estimate, by a new estimator after a change of settings | `renewal`, `estimator_core` |
 //! | frames and lines of text to the queues | `output` |
 //!
 //! **Fail-safe.** While a fault of the sensor lasts, every frame has P = 0 and the fault flag,
@@ -23,7 +23,7 @@ mod requests;
 
 use estimator_core::{
     AccelerometerCorrection, Config, ContactEstimate, ContactEstimator, Flag, Flags, ImuSample,
-    Learnt, ParamsError, Validity,
+    Learnt, Mounting, ParamsError, Validity,
 };
 use wire::node::{BootCause, Crash};
 use wire::settings::WINDOW_CAPACITY;
@@ -74,6 +74,8 @@ pub struct Foot {
     estimator: ContactEstimator<WINDOW_CAPACITY>,
     /// The correction of the settings, kept apart because every tick needs it.
     accelerometer: AccelerometerCorrection,
+    /// The same of the mounting.
+    mounting: Mounting,
     /// A new estimator, asked for since the last tick.
     renewal: Option<Renewal>,
     counters: Counters,
@@ -106,6 +108,7 @@ impl Foot {
     pub fn with_config(settings: Settings, config: &Config<WINDOW_CAPACITY>, start: Start) -> Self {
         Self {
             accelerometer: settings.accelerometer(),
+            mounting: settings.mounting(),
             node: Node::new(settings, start.serial),
             estimator: ContactEstimator::new(config),
             renewal: None,
@@ -173,10 +176,12 @@ impl Foot {
         let load = self.load(reading, ports);
 
         self.renew_estimator();
-        let sample = ImuSample {
+        let mut sample = ImuSample {
             specific_force: self.accelerometer.apply(measurement.sample.specific_force),
             ..measurement.sample
         };
+        self.mounting
+            .apply(&mut sample.specific_force, &mut sample.angular_rate);
         let estimate = self.estimator.update(&sample, load);
         self.set_stage(measurement, estimate.flags, ports);
 

@@ -7,8 +7,8 @@
 //! nothing. The pages themselves are described in `pages`.
 //!
 //! **What a store costs.** Where code runs from the flash that is written, as on the board, each of
-//! some 150 words holds everything up for 16 µs, 100 µs at most: no tick is lost. About one
-//! store in 27 finds its page full and must erase the other, which stops everything for 0.25 to
+//! some 160 words holds everything up for 16 µs, 100 µs at most: no tick is lost. About one
+//! store in 25 finds its page full and must erase the other, which stops everything for 0.25 to
 //! 0.5 s. That is done only where it is [allowed](Erase): the foot allows it in pre-operational and in
 //! stopped state, where no process data go out, and refuses a store in operational state that would
 //! need it, with the abort code "only in pre-operational state". A restore appends an empty record, so

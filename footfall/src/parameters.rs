@@ -76,6 +76,8 @@ pub struct CorrectionReport {
     pub accelerometer_scale: [f32; 3],
     /// What was taken off angular rates, rad/s.
     pub gyroscope_bias_rad_s: [f32; 3],
+    /// How the sensor lies in the foot, as `--axes` has it: then they were turned by this.
+    pub axes: String,
 }
 
 impl ParametersReport {
@@ -115,6 +117,7 @@ impl From<&Correction> for CorrectionReport {
             accelerometer_bias_m_s2: bias,
             accelerometer_scale: scale,
             gyroscope_bias_rad_s: gyroscope,
+            axes: correction.mounting.to_string(),
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use crate::calibrate::mounting::MountingReport;
 use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
 use recordings::input::{Format, Loaded, Repairs};
 use recordings::plausible::Finding;
@@ -163,13 +164,20 @@ pub struct WithInputs<R> {
     /// The report.
     #[serde(flatten)]
     pub report: R,
+    /// The mounting, where it is not that of the foot's own axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mounting: Option<MountingReport>,
     /// By the name of the file.
     pub inputs: BTreeMap<String, InputReport>,
 }
 
 impl<R: fmt::Display> fmt::Display for WithInputs<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.report.fmt(f)
+        self.report.fmt(f)?;
+        match &self.mounting {
+            Some(mounting) => write!(f, "\n{mounting}"),
+            None => Ok(()),
+        }
     }
 }
 

@@ -75,8 +75,7 @@ fn each_finding_is_a_line_and_a_name() {
             resting(0.001, at("-9.81,0,0")),
             "",
             "gravity_not_along_z",
-            "-x is up at rest, not z: p_tangential and p_vertical take z for up, so map the axes \
-             (--map)",
+            "-x is up at rest, where the foot has z: --axes z,y,-x",
         ),
         (
             resting(0.001, |t| {

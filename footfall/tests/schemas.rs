@@ -47,12 +47,11 @@ impl Objects {
 
     /// Has them checked; what stands in the way is said in one line.
     fn check(&self) -> Result<(), String> {
-        let interpreter = environment::make()?;
-        let packages = packages::install(&interpreter, "python-jsonschema", REQUIREMENTS)?;
-        let output = Command::new(interpreter)
+        let packages = packages::install("python-jsonschema", REQUIREMENTS)?;
+        let output = Command::new(packages.interpreter)
             .arg(Path::new(FOLDER).join("schemas.py"))
             .args(&self.files)
-            .env("PYTHONPATH", packages)
+            .env("PYTHONPATH", packages.folder)
             .output()
             .map_err(|error| error.to_string())?;
         // From here on a failure is no lack of packages.

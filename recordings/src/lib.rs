@@ -7,6 +7,7 @@
 //! | a file becomes a recording | [`input`] |
 //! | samples in a temporary file, steps of a clock | [`spool`], `steps` |
 //! | what cannot be right about it | [`plausible`] |
+//! | the sensor's mounting, from gravity at rest | [`mounting`] |
 //! | the estimator runs over it | [`replay`] |
 //! | samples and estimates become a table | [`output`], `parquet_output` |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
@@ -15,6 +16,7 @@
 
 pub mod events;
 pub mod input;
+pub mod mounting;
 pub mod number;
 pub mod output;
 #[cfg(feature = "containers")]

@@ -18,10 +18,10 @@ use crate::validity::VALIDITIES;
 /// | `p_stable` | the foot does not move at all: stable contact | [0, 1] |
 /// | `p_tangential` | no motion along the ground and no turn about up | [0, 1] |
 /// | `p_vertical` | no lifting and no tilting | [0, 1] |
-/// | `p_ax` … `p_wz` | the foot does not move along or about one axis of the sensor | [0, 1] |
-/// | `qw` … `qz` | orientation, Hamilton, sensor → world | unit quaternion |
-/// | `lax`, `lay`, `laz` | linear acceleration, sensor frame | m/s² |
-/// | `bwx`, `bwy`, `bwz` | gyroscope bias, sensor frame | rad/s |
+/// | `p_ax` … `p_wz` | the foot does not move along or about one axis of the foot | [0, 1] |
+/// | `qw` … `qz` | orientation, Hamilton, foot → world | unit quaternion |
+/// | `lax`, `lay`, `laz` | linear acceleration, frame of the foot | m/s² |
+/// | `bwx`, `bwy`, `bwz` | gyroscope bias, frame of the foot | rad/s |
 /// | `state` | name of the [`Phase`](estimator_core::Phase); `unknown` without a load | |
 /// | `decision` | the debounced [`Decision`]: 1 stable, 0 not, from the IMU alone | 0 or 1 |
 /// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |

@@ -26,8 +26,9 @@ mod rise;
 use std::fmt;
 
 use estimator_core::params::STANDARD_GRAVITY;
-use estimator_core::{ContactEstimate, Gravity};
+use estimator_core::{ContactEstimate, Gravity, Mounting, Vec3};
 
+use crate::mounting;
 use crate::recording::{RecordedSample, Recording};
 use clipping::Clipping;
 use clock::ClockCheck;
@@ -80,10 +81,12 @@ pub enum Finding {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
-    /// At rest, gravity is not along the z axis of the sensor.
+    /// At rest, gravity is not along the z axis.
     GravityNotAlongZ {
         /// The axis that is up, such as `-x`.
         up: &'static str,
+        /// The mounting that would make z up.
+        axes: Mounting,
     },
     /// The clock jumps.
     ClockJumps {
@@ -139,6 +142,19 @@ impl Finding {
             Self::LowRate { .. } => "low_rate",
         }
     }
+
+    /// The same about a recording to which `mounting` was applied already: what it suggests takes the
+    /// place of that.
+    #[must_use]
+    pub fn with_mounting(self, mounting: &Mounting) -> Self {
+        match self {
+            Self::GravityNotAlongZ { up, axes } => Self::GravityNotAlongZ {
+                up,
+                axes: mounting::then(mounting, &axes),
+            },
+            other => other,
+        }
+    }
 }
 
 impl fmt::Display for Finding {
@@ -164,10 +180,9 @@ impl fmt::Display for Finding {
                 f,
                 "gravity is declared included, but the acceleration is {at_rest:.2} m/s² at rest: --gravity removed"
             ),
-            Self::GravityNotAlongZ { up } => write!(
-                f,
-                "{up} is up at rest, not z: p_tangential and p_vertical take z for up, so map the axes (--map)"
-            ),
+            Self::GravityNotAlongZ { up, axes } => {
+                write!(f, "{up} is up at rest, where the foot has z: --axes {axes}")
+            }
             Self::ClockJumps { count, longest_s } => write!(
                 f,
                 "the clock jumps {}, by up to {longest_s:.1} s: samples are missing, or --times rate",
@@ -289,6 +304,27 @@ impl Check {
     }
 }
 
+/// Gravity as the accelerometer reads it at rest, m/s²: it points up. `None` where it was removed, or
+/// what is read cannot be gravity.
+#[must_use]
+pub fn gravity_at_rest(recording: &Recording) -> Option<Vec3> {
+    let mut search = RestSearch::new(recording.sample_rate);
+    for sample in &recording.samples {
+        search.add(sample);
+    }
+    let rest = search.rest()?;
+    let is_gravity = recording.gravity == Gravity::Included && has_gravity(&rest);
+    is_gravity.then(|| vector(rest.mean))
+}
+
+const fn vector([x, y, z]: [f32; 3]) -> Vec3 {
+    Vec3::new(x, y, z)
+}
+
+fn has_gravity(rest: &Rest) -> bool {
+    is_near(rest.size, STANDARD_GRAVITY)
+}
+
 fn is_near(value: f32, expected: f32) -> bool {
     (expected / NEAR..=expected * NEAR).contains(&value)
 }
@@ -296,7 +332,7 @@ fn is_near(value: f32, expected: f32) -> bool {
 /// What is wrong with the acceleration at rest.
 fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
     let at_rest = rest.size;
-    let has_gravity = is_near(at_rest, STANDARD_GRAVITY);
+    let has_gravity = has_gravity(rest);
     if is_near(at_rest, 1.0) {
         return Some(Finding::AccelerationInG { at_rest });
     }
@@ -307,7 +343,9 @@ fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
         Gravity::Removed => has_gravity.then_some(Finding::GravityIncluded { at_rest }),
         Gravity::Included if at_rest < NO_GRAVITY => Some(Finding::GravityRemoved { at_rest }),
         Gravity::Included if has_gravity => {
-            check_up(rest.mean).map(|up| Finding::GravityNotAlongZ { up })
+            let up = check_up(rest.mean)?;
+            let axes = mounting::with_z_up(vector(rest.mean))?;
+            Some(Finding::GravityNotAlongZ { up, axes })
         }
         Gravity::Included => None,
     }

@@ -39,8 +39,13 @@ impl Vector {
     /// The angle to another vector, rad; 0 to π.
     #[must_use]
     pub fn angle_to(self, other: Self) -> f64 {
-        let dot = self.x * other.x + self.y * other.y + self.z * other.z;
-        libm::atan2(self.cross(other).length(), dot)
+        libm::atan2(self.cross(other).length(), self.dot(other))
+    }
+
+    /// The inner product.
+    #[must_use]
+    pub fn dot(self, other: Self) -> f64 {
+        self.x * other.x + self.y * other.y + self.z * other.z
     }
 
     /// The cross product.
@@ -95,10 +100,24 @@ impl Rotation {
     /// Sensor-frame components of a vector given in the world frame.
     #[must_use]
     pub fn to_sensor(self, vector: Vector) -> Vector {
-        let inverse = Self {
+        self.inverse().to_world(vector)
+    }
+
+    /// The way back.
+    #[must_use]
+    pub fn inverse(self) -> Self {
+        Self {
             w: self.w,
             v: self.v * -1.0,
-        };
-        inverse.to_world(vector)
+        }
+    }
+
+    /// First `other`, then this.
+    #[must_use]
+    pub fn after(self, other: Self) -> Self {
+        Self {
+            w: self.w * other.w - self.v.dot(other.v),
+            v: other.v * self.w + self.v * other.w + self.v.cross(other.v),
+        }
     }
 }

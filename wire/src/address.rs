@@ -58,6 +58,7 @@ pub mod index {
     pub const ESTIMATION: u16 = 0x2016;
     pub const ACCELEROMETER: u16 = 0x2017;
     pub const LEARNT: u16 = 0x2018;
+    pub const MOUNTING: u16 = 0x2019;
 
     pub const CONTACT: u16 = 0x2100;
     pub const AXES: u16 = 0x2101;

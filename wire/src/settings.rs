@@ -1,7 +1,8 @@
 //! The values of all settings: what the configuration is, in the form in which it is stored.
 
 use estimator_core::{
-    AccelerometerCorrection, Learning, Learnt, Method, Parameter, Params, Vec3, WindowLength,
+    AccelerometerCorrection, Learning, Learnt, Method, Mounting, MountingParams, Parameter, Params,
+    Quaternion, SensorAxis, Vec3, WindowLength,
 };
 
 use crate::abort::AbortCode;
@@ -326,11 +327,12 @@ impl Settings {
         pdos.sum::<u32>() + heartbeat.unwrap_or(0)
     }
 
-    /// What one entry's limits cannot say: that the parameters fit each other, and the streams the
-    /// bit rate.
+    /// What one entry's limits cannot say: that the parameters fit each other, the parts of the
+    /// mounting too, and the streams the bit rate.
     fn check(&self) -> Result<(), AbortCode> {
         let fits = self.worst_load() <= self.can_bit_rate() / 4 * 3;
-        let valid = self.params().validate::<WINDOW_CAPACITY>().is_ok();
+        let valid = self.params().validate::<WINDOW_CAPACITY>().is_ok()
+            && self.mounting_params().validate().is_ok();
         (fits && valid).then_some(()).ok_or(AbortCode::Incompatible)
     }
 
@@ -355,6 +357,25 @@ impl Settings {
             bias: self.vector(slot!(ACCELEROMETER, 1)),
             scale: self.vector(slot!(ACCELEROMETER, 4)),
         }
+    }
+
+    /// How the sensor's axes lie in the foot.
+    #[must_use]
+    pub fn mounting(&self) -> Mounting {
+        self.mounting_params().validate().unwrap_or_default()
+    }
+
+    fn mounting_params(&self) -> MountingParams {
+        let code = self.u16(slot!(MOUNTING, 1));
+        if code == dictionary::AS_QUATERNION {
+            let [w, x, y, z] = self.array(slot!(MOUNTING, 2));
+            return MountingParams::Rotation(Quaternion { w, x, y, z });
+        }
+        let axis = |digit: u16| {
+            let place = usize::from(digit % 10).wrapping_sub(1);
+            SensorAxis::ALL.get(place).copied().unwrap_or_default()
+        };
+        MountingParams::Axes([axis(code / 100), axis(code / 10), axis(code)])
     }
 
     /// Where the limits of stillness come from.
@@ -476,6 +497,7 @@ mod tests {
         let settings = Settings::default();
         assert_eq!(settings.params(), Params::DEFAULT);
         assert_eq!(settings.accelerometer(), AccelerometerCorrection::NONE);
+        assert_eq!(settings.mounting(), Mounting::IDENTITY);
     }
 
     /// Settings with what was learnt as far apart as it may be, and the load that switches on as high
@@ -569,13 +591,13 @@ mod tests {
     }
 
     #[test]
-    fn the_objects_of_the_estimate_are_those_from_the_window_to_what_was_learnt() {
+    fn the_objects_of_the_estimate_are_those_from_the_window_to_the_mounting() {
         for (address, entry) in dictionary::settings() {
             let concerns_the_estimate = !matches!(
                 entry.concern(),
                 Some(Concern::Node | Concern::Stream | Concern::Sensor)
             );
-            let is_there = (index::WINDOW..=index::LEARNT).contains(&address.index);
+            let is_there = (index::WINDOW..=index::MOUNTING).contains(&address.index);
             assert_eq!(concerns_the_estimate, is_there, "{address:?}");
         }
     }
@@ -654,7 +676,12 @@ mod tests {
         let mut settings = Settings::default();
         let window = Address::new(index::WINDOW, 0);
         assert_eq!(settings.set(window, Value::U32(40_000)), Ok(()));
-        for newer in [index::ESTIMATION, index::ACCELEROMETER, index::LEARNT] {
+        for newer in [
+            index::ESTIMATION,
+            index::ACCELEROMETER,
+            index::LEARNT,
+            index::MOUNTING,
+        ] {
             let older = settings.iter().filter(|(address, _)| address.index < newer);
             assert_eq!(Settings::set_all(older), (settings.clone(), 0));
         }
@@ -673,6 +700,79 @@ mod tests {
         };
         assert_eq!(settings.accelerometer(), expected);
         assert_eq!(settings.params(), Params::DEFAULT);
+    }
+
+    fn set_mounting(settings: &mut Settings, subindex: u8, value: Value) -> Result<(), AbortCode> {
+        settings.set(Address::new(index::MOUNTING, subindex), value)
+    }
+
+    #[test]
+    fn axes_are_written_as_one_number_and_each_that_may_be_is_a_mounting() {
+        let mut mountings = std::vec::Vec::new();
+        for code in 0..1000 {
+            let mut settings = Settings::default();
+            let Ok(()) = set_mounting(&mut settings, 1, Value::U16(code)) else {
+                assert_eq!(settings, Settings::default());
+                continue;
+            };
+            let mounting = settings.mounting();
+            if let (MountingParams::Axes(axes), 1..) = (mounting.params(), code) {
+                assert_eq!(dictionary::code_of_axes(axes), code);
+                assert!(!mountings.contains(&mounting));
+                mountings.push(mounting);
+            }
+        }
+        assert_eq!(mountings.len(), 24);
+        let mut settings = Settings::default();
+        assert_eq!(set_mounting(&mut settings, 1, Value::U16(162)), Ok(()));
+        assert_eq!(Ok(settings.mounting()), "x,-z,y".parse());
+        // Left-handed, and an axis twice.
+        for wrong in [132, 113, 999] {
+            let refused = set_mounting(&mut settings, 1, Value::U16(wrong));
+            assert_eq!(refused, Err(AbortCode::InvalidValue), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_quaternion_is_written_number_by_number_and_then_chosen() {
+        let mut settings = Settings::default();
+        for (subindex, part) in (2..).zip([0.8, 0.0, -0.6, 0.0]) {
+            assert_eq!(
+                set_mounting(&mut settings, subindex, Value::F32(part)),
+                Ok(())
+            );
+            assert_eq!(settings.mounting(), Mounting::IDENTITY);
+        }
+        assert_eq!(set_mounting(&mut settings, 1, Value::U16(0)), Ok(()));
+        assert_eq!(Ok(settings.mounting()), "0.8,0,-0.6,0".parse());
+        // From now on its parts must go together.
+        let before = settings.clone();
+        for (wrong, code) in [
+            (0.7, AbortCode::Incompatible),
+            (1.1, AbortCode::TooHigh),
+            (-1.1, AbortCode::TooLow),
+            (f32::NAN, AbortCode::InvalidValue),
+        ] {
+            assert_eq!(
+                set_mounting(&mut settings, 2, Value::F32(wrong)),
+                Err(code),
+                "{wrong}"
+            );
+        }
+        assert_eq!(settings, before);
+        assert_eq!(set_mounting(&mut settings, 1, Value::U16(123)), Ok(()));
+        assert_eq!(set_mounting(&mut settings, 2, Value::F32(0.7)), Ok(()));
+        let chosen = set_mounting(&mut settings, 1, Value::U16(0));
+        assert_eq!(chosen, Err(AbortCode::Incompatible));
+        // Stored, it comes back, in both orders.
+        let stored: std::vec::Vec<_> = before.iter().collect();
+        for backwards in [false, true] {
+            let mut stored = stored.clone();
+            if backwards {
+                stored.reverse();
+            }
+            assert_eq!(Settings::set_all(stored.into_iter()), (before.clone(), 0));
+        }
     }
 
     #[test]

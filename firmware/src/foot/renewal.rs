@@ -30,6 +30,7 @@ impl Foot {
     #[inline(never)]
     fn replace_estimator(&mut self, renewal: Renewal) {
         self.accelerometer = self.settings().accelerometer();
+        self.mounting = self.settings().mounting();
         let settings = self.settings().params();
         let learnt = match renewal {
             Renewal::Continue => Some(self.learnt()),

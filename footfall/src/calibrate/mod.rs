@@ -3,10 +3,12 @@
 //! | what | from | module |
 //! |---|---|---|
 //! | stillness and motion of a foot: a warm start | a walk | [`learnt`] |
+//! | how the sensor lies in the foot | the same walk, where the foot stood still | [`mounting`] |
 //! | accelerometer bias and scale, gyroscope bias | rests in different orientations | [`rests`], [`sensor`] |
 //! | the configuration file that keeps them | | [`robot_file`] |
 
 pub mod learnt;
+pub mod mounting;
 pub mod rests;
 pub mod robot_file;
 pub mod sensor;

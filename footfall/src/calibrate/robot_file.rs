@@ -5,6 +5,7 @@ use estimator_core::stillness::Classes;
 use toml::{Table, Value};
 
 use super::learnt::LearntFoot;
+use super::mounting::MountingReport;
 use super::sensor::SensorCalibration;
 
 /// A configuration file with calibrated values in it.
@@ -68,6 +69,21 @@ impl RobotFile {
             } = classes;
             let values = [("still", still), ("moving", moving), ("width", width)];
             self.set("learnt", key, table(&values));
+        }
+    }
+
+    /// Sets how the sensor lies; `None`: its axes are those of the foot.
+    pub fn set_mounting(&mut self, mounting: Option<&MountingReport>) {
+        const KEY: &str = "axes";
+        match mounting {
+            Some(report) => {
+                self.remarks.push(report.remark());
+                let axes = report.axes.to_string();
+                self.tables.insert(KEY.to_owned(), Value::String(axes));
+            }
+            None => {
+                self.tables.remove(KEY);
+            }
         }
     }
 

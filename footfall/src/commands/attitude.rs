@@ -6,7 +6,7 @@ use clap::Args;
 use recordings::input::Format;
 use scoring::inclination::InclinationScore;
 
-use super::recording::Configuration;
+use super::recording::{Configuration, MountingArguments};
 use crate::attitude::AttitudeReport;
 use crate::config::{Preset, parse_sample_rate};
 use crate::error::Error;
@@ -25,6 +25,9 @@ pub struct AttitudeArguments {
     /// Sample rate, where the files do not tell or their nominal rate is wrong
     #[arg(long, value_name = "HZ", value_parser = parse_sample_rate)]
     pub sample_rate: Option<f32>,
+    /// How the sensor lies; the orientations in the files are the sensor's.
+    #[command(flatten)]
+    pub mounting: MountingArguments,
     /// Print a Markdown table
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
@@ -38,7 +41,7 @@ impl AttitudeArguments {
         let configuration = Configuration::read(self.config.as_deref())?;
         let mut params = Preset::Default.params(Format::Csv);
         configuration.overrides.apply(&mut params);
-        let hints = configuration.hints(self.sample_rate, None)?;
+        let hints = configuration.hints(self.sample_rate, None, self.mounting)?;
         let scores: Result<Vec<_>, Error> = self
             .inputs
             .iter()

@@ -10,9 +10,10 @@ use recordings::input::{Correction, Format, Loaded};
 use recordings::plausible::{self, Finding};
 
 use super::headings::{ESTIMATOR, OUTPUT};
-use super::recording::{Configuration, RecordingArguments};
+use super::recording::{Configuration, RecordingArguments, with_mounting};
 use crate::calibrate::CalibrationError;
 use crate::calibrate::learnt::LearntCalibration;
+use crate::calibrate::mounting::{MountingReport, RestingUp};
 use crate::calibrate::robot_file::RobotFile;
 use crate::calibrate::sensor::SensorCalibration;
 use crate::config::ConfigError;
@@ -34,7 +35,7 @@ pub struct CalibrateArguments {
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
     /// Find accelerometer bias and scale and gyroscope bias instead
-    #[arg(long, conflicts_with = "plot", help_heading = ESTIMATOR)]
+    #[arg(long, conflicts_with_all = ["plot", "axes"], help_heading = ESTIMATOR)]
     pub rests: bool,
     /// How they are read, and with which parameters.
     #[command(flatten)]
@@ -70,6 +71,7 @@ impl CalibrateArguments {
     fn learn(&self, configuration: &Configuration) -> Result<(), Error> {
         let hints = self.recording.hints(configuration)?;
         let mut inputs = BTreeMap::new();
+        let mut rest = RestingUp::default();
         let mut calibration = None;
         for input in &self.inputs {
             let opened = progress::open(input, self.recording.format, &Bars::default())?;
@@ -91,13 +93,14 @@ impl CalibrateArguments {
                 loaded.recording.sample_rate,
                 self.recording.parameters_text(&params, format)
             ));
-            let findings = plausible::check(&loaded.recording);
+            let findings = with_mounting(plausible::check(&loaded.recording), &hints);
             self.recording.report(&file, &findings)?;
             let source = Source {
                 file: &file,
                 format,
             };
             inputs.insert(file.clone(), InputReport::of(source, &loaded, &findings));
+            rest.add(plausible::gravity_at_rest(&loaded.recording));
             calibration
                 .add(&loaded.recording)
                 .map_err(|error| origins.explain(&error, &params))?;
@@ -111,12 +114,20 @@ impl CalibrateArguments {
                 to.write_all(plot::distribution::svg(&foot)?.as_bytes())
             })?;
         }
+        if let Some(degrees) = rest.disagreement() {
+            warn(format!(
+                "which way is up differs by {degrees:.0}° from the mean of all recordings, so no axes are found: calibrate those of one mounting together"
+            ));
+        }
+        let mounting = MountingReport::of(&rest, &hints.correction.mounting);
         let report = WithInputs {
             report: foot,
+            mounting,
             inputs,
         };
         self.write_outputs(configuration, &report, |file| {
             file.set_learnt(&report.report);
+            file.set_mounting(report.mounting.as_ref());
         })
     }
 
@@ -155,6 +166,7 @@ impl CalibrateArguments {
             .map_err(CalibrationError::from)?;
         let report = WithInputs {
             report: sensor,
+            mounting: None,
             inputs,
         };
         self.write_outputs(configuration, &report, |file| {

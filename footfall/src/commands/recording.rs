@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use estimator_core::{Gravity, Params, WindowLength};
+use estimator_core::{Gravity, Mounting, Params, WindowLength};
 use recordings::input::{
-    BagOptions, Correction, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times, Topics,
-    Units,
+    BagOptions, Correction, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times,
+    Topics, Units,
 };
 use recordings::plausible::Finding;
 
 use super::headings::{ESTIMATOR, INPUT};
 use crate::config::{
-    ConfigError, GRAVITIES, Origins, Overrides, Preset, RateOrigin, Refusal, parse_gravity,
-    parse_sample_rate,
+    ConfigError, GRAVITIES, Origins, Overrides, Preset, RateOrigin, Refusal, parse_axes,
+    parse_gravity, parse_sample_rate,
 };
 use crate::error::Error;
 use crate::messages::{error, warn};
@@ -41,6 +41,9 @@ pub struct RecordingArguments {
     /// Whether the accelerations contain gravity
     #[arg(long, value_parser = word_parser(GRAVITIES.map(|(word, _)| word), parse_gravity), help_heading = INPUT)]
     pub gravity: Option<Gravity>,
+    /// How the sensor lies.
+    #[command(flatten)]
+    pub mounting: MountingArguments,
     /// How tables of others are read.
     #[command(flatten)]
     pub table: TableArguments,
@@ -51,6 +54,22 @@ pub struct RecordingArguments {
     /// that jumps
     #[arg(long, help_heading = INPUT)]
     pub strict: bool,
+}
+
+/// How the sensor lies in the foot.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct MountingArguments {
+    /// The mounting, where it was given.
+    #[arg(
+        long,
+        value_name = "x,-z,y|w,x,y,z",
+        help_heading = INPUT,
+        value_parser = parse_axes,
+        allow_hyphen_values = true,
+        help = "The sensor's axes along the foot's x, y and z, which is up; or a unit quaternion from \
+                the sensor's frame to the foot's. footfall calibrate finds it"
+    )]
+    pub axes: Option<Mounting>,
 }
 
 /// How tables of others are read; docs/formats.md lists what is recognised without.
@@ -133,6 +152,15 @@ fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
     PossibleValuesParser::new(words).try_map(move |word| parse(&word))
 }
 
+/// Findings about a recording that was read with `hints`: the axes that they name take the place of those.
+pub(super) fn with_mounting(findings: Vec<Finding>, hints: &Hints) -> Vec<Finding> {
+    let mounting = &hints.correction.mounting;
+    let findings = findings.into_iter();
+    findings
+        .map(|finding| finding.with_mounting(mounting))
+        .collect()
+}
+
 impl RecordingArguments {
     /// Reports what is not plausible about a recording.
     ///
@@ -175,7 +203,7 @@ impl RecordingArguments {
 
     /// What is known about the files beyond their format.
     pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
-        let hints = configuration.hints(self.sample_rate, self.gravity)?;
+        let hints = configuration.hints(self.sample_rate, self.gravity, self.mounting)?;
         Ok(Hints {
             table: self.table.options(),
             bag: self.bag.options(),
@@ -212,11 +240,16 @@ impl Configuration {
         &self,
         sample_rate: Option<f32>,
         gravity: Option<Gravity>,
+        MountingArguments { axes }: MountingArguments,
     ) -> Result<Hints, Error> {
+        let correction = self.correction()?;
         Ok(Hints {
             sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
             gravity: gravity.or(self.overrides.gravity),
-            correction: self.correction()?,
+            correction: Correction {
+                mounting: axes.unwrap_or(correction.mounting),
+                ..correction
+            },
             table: TableOptions::default(),
             bag: BagOptions::default(),
         })

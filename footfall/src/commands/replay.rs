@@ -12,7 +12,7 @@ use recordings::input::About;
 use recordings::output::{Feet, write_header};
 
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
-use super::recording::{Configuration, RecordingArguments};
+use super::recording::{Configuration, RecordingArguments, with_mounting};
 use crate::config::{GRAVITIES, parse_seconds, parse_window, word_of};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
@@ -188,6 +188,7 @@ impl ReplayArguments {
                 ReplayError::Params(error) => origins.explain(&error, &params).into(),
                 other => Error::Replay(other),
             })?;
+            foot.findings = with_mounting(foot.findings, &hints);
             let about = &stored.about;
             let source = Source {
                 file: &file,

@@ -1,6 +1,6 @@
 //! The keys of a sensor's static calibration: what is wrong with its readings.
 
-use estimator_core::AccelerometerCorrection;
+use estimator_core::{AccelerometerCorrection, Mounting};
 use recordings::input::Correction;
 use recordings::number::shown;
 use serde::Deserialize;
@@ -81,13 +81,16 @@ pub(super) const GYROSCOPE_BIAS: Limits = Limits {
 pub(super) fn correction(
     accelerometer: &AccelerometerOverrides,
     gyroscope: &GyroscopeOverrides,
+    axes: Option<Mounting>,
     file: &str,
 ) -> Result<Correction, Refusal> {
     let mut correction = Correction::NONE;
     let Correction {
         accelerometer: AccelerometerCorrection { bias, scale },
         gyroscope_bias,
+        mounting,
     } = &mut correction;
+    *mounting = axes.unwrap_or_default();
     let AccelerationAxes { ax, ay, az } = &accelerometer.bias_m_s2;
     let AccelerationAxes {
         ax: sx,
@@ -147,6 +150,13 @@ mod tests {
         let text = "[accelerometer]\nbias_m_s2 = { ax = 0.5, az = -1 }\nscale = { ax = 2, ay = 0.5 }\n\
                     [gyroscope]\nbias_rad_s = { wx = 0.25, wz = -0.5 }\n";
         assert_eq!(corrected(text), Ok([1.0, 1.0, 4.0, 3.75, 5.0, 6.5]));
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_sensor_is_along_its_own_axes_and_taken_out_before_they_are_turned() {
+        let text = "axes = 'x,-z,y'\n[accelerometer]\nbias_m_s2 = { az = -1 }\nscale = { ay = 0.5 }\n\
+                    [gyroscope]\nbias_rad_s = { wz = -0.5 }\n";
+        assert_eq!(corrected(text), Ok([1.0, -4.0, 1.0, 4.0, -6.5, 5.0]));
     }
 
     #[test]

@@ -9,6 +9,7 @@
 //! let text = r#"
 //! sample_rate_hz = 500.0
 //! gravity = "included"            # or "removed"
+//! axes = "x,-z,y"                 # the sensor's axes along the foot's x, y and z (up), or "w,x,y,z"
 //! method = "self_calibrating"     # or "half_widths", see below
 //! learning = "on"                 # or "frozen": the classes stay as they are
 //!
@@ -66,9 +67,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `footfall calibrate` writes `[learnt]`, or with `--rests` `[accelerometer]` and `[gyroscope]`. A
-//! foot has the values of `[learnt]` in its object 0x2018 and those of `[accelerometer]` in 0x2017; it
-//! learns its gyroscope's bias by itself.
+//! `footfall calibrate` writes `[learnt]` and `axes`, or with `--rests` `[accelerometer]` and
+//! `[gyroscope]`. A foot has the values of `[learnt]` in its object 0x2018, those of `[accelerometer]` in
+//! 0x2017 and `axes` in 0x2019; it learns its gyroscope's bias by itself. What is wrong with the sensor
+//! is along its own axes, and taken out before `axes` turns the readings. Half-widths and bandwidths are
+//! along the axes of the foot.
 //!
 //! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]` and `[load]` are the names in the
 //! estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`, `_m_s2` or
@@ -88,7 +91,7 @@ mod value;
 
 use std::io;
 
-use estimator_core::{Gravity, Learning, Method, Params, WindowLength};
+use estimator_core::{Gravity, Learning, Method, Mounting, Params, WindowLength};
 use recordings::input::Correction;
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
@@ -103,7 +106,7 @@ pub use position::Position;
 pub use preset::Preset;
 pub use refusal::{Origins, RateOrigin, Refusal};
 pub use value::{
-    GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_gravity, parse_gyro_timing,
+    GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_axes, parse_gravity, parse_gyro_timing,
     parse_learning, parse_method, parse_sample_rate, parse_seconds, parse_window, window_text,
     word_of,
 };
@@ -120,6 +123,9 @@ pub struct Overrides {
     /// Whether samples contain gravity.
     #[serde(default, deserialize_with = "gravity")]
     pub gravity: Option<Gravity>,
+    /// How the axes of the sensor that recorded lie in the foot, as [`parse_axes`] reads it.
+    #[serde(default, deserialize_with = "axes")]
+    pub axes: Option<Mounting>,
     /// Where the limits of stillness come from, as [`parse_method`] reads it.
     #[serde(default, deserialize_with = "method")]
     pub method: Option<Method>,
@@ -199,12 +205,13 @@ impl Overrides {
         })
     }
 
-    /// What the file says is wrong with the sensor; `file` names it in errors.
+    /// What the file says is wrong with the sensor, and how it lies in the foot; `file` names it in
+    /// errors.
     ///
     /// # Errors
     /// A value that no sensor has.
     pub fn correction(&self, file: &str) -> Result<Correction, Refusal> {
-        correction::correction(&self.accelerometer, &self.gyroscope, file)
+        correction::correction(&self.accelerometer, &self.gyroscope, self.axes, file)
     }
 
     /// Sets in `params` what the file sets.
@@ -257,6 +264,10 @@ fn method<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Method>, 
 
 fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Learning>, D::Error> {
     word(deserializer, parse_learning)
+}
+
+fn axes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Mounting>, D::Error> {
+    word(deserializer, parse_axes)
 }
 
 fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Gravity>, D::Error> {

@@ -1,6 +1,8 @@
 //! Values that are written as words, in files and on the command line alike.
 
-use estimator_core::{Gravity, GyroTiming, Learning, Method, WindowLength};
+use estimator_core::{
+    Gravity, GyroTiming, Learning, Method, Mounting, MountingError, WindowLength,
+};
 
 use super::numbers::Written;
 
@@ -136,6 +138,18 @@ pub fn parse_gravity(text: &str) -> Result<Gravity, String> {
     value_of(&GRAVITIES, text)
 }
 
+/// Reads how the sensor's axes lie in the foot: for the foot's x, y and z each the axis of the sensor
+/// along it, such as `x,-z,y`, or a unit quaternion `w,x,y,z` from the sensor's frame to the foot's.
+///
+/// # Errors
+/// A sentence that says how to write it, or what to change.
+pub fn parse_axes(text: &str) -> Result<Mounting, String> {
+    text.parse().map_err(|error| match error {
+        MountingError::Unreadable => format!("{text:?} is neither axes nor a quaternion: {error}"),
+        other => other.to_string(),
+    })
+}
+
 /// Reads when the gyroscope measured what a sample says: `period_mean`, or a delay such as `1.5ms`.
 ///
 /// # Errors
@@ -187,6 +201,26 @@ mod tests {
         assert_eq!(parse_sample_rate("285.714"), Ok(285.714));
         for wrong in ["0", "-1", "nan", "inf", "1e99", "fast"] {
             assert!(parse_sample_rate(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn axes_are_three_names_or_a_quaternion() {
+        for (text, read) in [("x,-z,y", "x,-z,y"), ("1,0,0,0", "x,y,z")] {
+            assert_eq!(
+                parse_axes(text).map(|axes| axes.to_string()),
+                Ok(read.to_owned())
+            );
+        }
+        for (text, error) in [
+            ("x,z", "\"x,z\" is neither axes nor a quaternion: write "),
+            (
+                "x,z,y",
+                "x,z,y is left-handed, and a sensor is not: flip the sign of ",
+            ),
+        ] {
+            let refused = parse_axes(text).unwrap_err();
+            assert!(refused.starts_with(error), "{refused}");
         }
     }
 

@@ -77,7 +77,7 @@ pub struct Row {
     pub vertical: f32,
     /// Probability per axis.
     pub axes: Option<PerAxis<f32>>,
-    /// Orientation, sensor → world.
+    /// Orientation, foot → world.
     pub orientation: Option<Quaternion>,
     /// Acceleration without gravity, m/s².
     pub acceleration: Option<Vec3>,

@@ -300,10 +300,12 @@ fn frozen_classes_never_change() {
 
 #[test]
 fn settings_of_the_estimator_change_nothing_of_what_has_been_learnt() {
-    let changes: [(Address, Value); 4] = [
+    let changes: [(Address, Value); 5] = [
         (THRESHOLD, Value::F32(0.6)),
         (METHOD, Value::U8(1)),
         (METHOD, Value::U8(0)),
+        // Lengths are the same along all axes.
+        (Address::new(index::MOUNTING, 1), Value::U16(162)),
         (LEARNING, Value::U8(0)),
     ];
     let (part, mut bench) = walked(Settings::default(), 11);

@@ -1,18 +1,22 @@
-//! Errors of the accelerometer, corrected on the foot over SDO and in a replay by a file.
+//! Errors of the accelerometer and axes of the sensor, set on the foot over SDO and in a replay by a
+//! file.
 
 use std::fmt::Write as _;
 use std::fs;
 
 use crate::bench::{Bench, MS, ORDINARY, Run, part, run};
-use estimator_core::{ContactEstimate, ImuSample, Params, Timestamp, Validity};
+use crate::storage::{Flash, load, stored};
+use estimator_core::{ContactEstimate, ImuSample, Mounting, Params, Timestamp, Validity, Vec3};
 use firmware::ports::Input;
+use firmware::storage::Origin;
 use footfall::config::Overrides;
 use lsm6dsox::sim::{PartOptions, SharedPart, Stimulus};
 use recordings::input::{Format, Hints, read};
 use recordings::replay::replay;
 use wire::dictionary::index;
 use wire::node::Command;
-use wire::{Address, CanFrame, Settings, Value};
+use wire::uart::Answer;
+use wire::{AbortCode, Address, CanFrame, Settings, Value};
 
 /// m/s².
 const BIAS: [f64; 3] = [0.19, -0.12, 0.15];
@@ -28,6 +32,23 @@ const ROBOT: &str = "method = 'half_widths'
 bias_m_s2 = { ax = 0.19, ay = -0.12, az = 0.15 }
 scale = { ax = 1.01, ay = 0.992, az = 1.006 }
 ";
+
+/// How the sensor lies, as the foot's object has it and as the file says it: not at all, axes along
+/// axes, and askew.
+const MOUNTINGS: [(&[(u8, Value)], &str); 3] = [
+    (&[], ""),
+    (&[(1, Value::U16(162))], "axes = 'x,-z,y'\n"),
+    (
+        &[
+            (2, Value::F32(0.8)),
+            (3, Value::F32(0.1)),
+            (4, Value::F32(-0.5)),
+            (5, Value::F32(0.31622776)),
+            (1, Value::U16(0)),
+        ],
+        "axes = '0.8,0.1,-0.5,0.31622776'\n",
+    ),
+];
 
 /// When the first setting is written, and the second, and so on.
 const WRITTEN_MS: u64 = 300;
@@ -54,12 +75,12 @@ fn moved() -> SharedPart {
     part(motion, options)
 }
 
-/// Writes four bytes, or one, over SDO.
+/// Writes a number over SDO.
 fn write_over_sdo(bench: &mut Bench, address: Address, value: Value) {
-    let command = if matches!(value, Value::U8(_)) {
-        0x2F
-    } else {
-        0x23
+    let command = match value {
+        Value::U8(_) => 0x2F,
+        Value::U16(_) => 0x2B,
+        _ => 0x23,
     };
     let [i0, i1] = address.index.to_le_bytes();
     let [a, b, c, d] = value.to_raw().to_le_bytes();
@@ -70,7 +91,7 @@ fn write_over_sdo(bench: &mut Bench, address: Address, value: Value) {
 }
 
 /// The settings that are written, one after the other; the method last, so that each has to count.
-fn written(corrected: bool) -> Vec<(Address, Value)> {
+fn written(corrected: bool, mounting: &[(u8, Value)]) -> Vec<(Address, Value)> {
     let values = BIAS.into_iter().chain(SCALE).map(|value| value as f32);
     let values = (1..).zip(values).filter(|_| corrected);
     values
@@ -78,14 +99,21 @@ fn written(corrected: bool) -> Vec<(Address, Value)> {
             let address = Address::new(index::ACCELEROMETER, subindex);
             (address, Value::F32(value))
         })
+        .chain(mounting.iter().map(|(subindex, value)| {
+            let address = Address::new(index::MOUNTING, *subindex);
+            (address, *value)
+        }))
         .chain([(Address::new(index::ESTIMATION, 1), Value::U8(1))])
         .collect()
 }
 
 /// The samples as the sensor gave them, and the estimates, from the tick on which the last setting
 /// took effect.
-fn on_the_foot(corrected: bool) -> (Vec<ImuSample>, Vec<ContactEstimate>) {
-    let settings = written(corrected);
+fn on_the_foot(
+    corrected: bool,
+    mounting: &[(u8, Value)],
+) -> (Vec<ImuSample>, Vec<ContactEstimate>) {
+    let settings = written(corrected, mounting);
     let last = WRITTEN_MS + settings.len() as u64;
     let mut bench = Bench::new(Settings::default());
     let (mut samples, mut estimates) = (Vec::new(), Vec::new());
@@ -169,19 +197,26 @@ fn bits(estimates: &[ContactEstimate]) -> Vec<String> {
 #[test]
 fn the_foot_and_a_replay_put_readings_right_with_the_same_bits() {
     for (corrected, robot) in [(true, ROBOT), (false, METHOD)] {
-        let (samples, on_foot) = on_the_foot(corrected);
-        let on_host = bits(&on_the_host(&samples, robot));
-        let on_foot = bits(&on_foot);
-        assert_eq!(on_foot.len(), on_host.len());
-        let difference = on_foot.iter().zip(&on_host).find(|(a, b)| a != b);
-        assert_eq!(difference, None, "corrected: {corrected}");
+        let mut all = Vec::new();
+        for (mounting, axes) in MOUNTINGS {
+            let (samples, on_foot) = on_the_foot(corrected, mounting);
+            let on_host = bits(&on_the_host(&samples, &format!("{axes}{robot}")));
+            let on_foot = bits(&on_foot);
+            assert_eq!(on_foot.len(), on_host.len());
+            let difference = on_foot.iter().zip(&on_host).find(|(a, b)| a != b);
+            assert_eq!(difference, None, "corrected: {corrected}, {axes}");
+            all.push(on_foot);
+        }
+        // And each of them counts.
+        let last = |estimates: &Vec<String>| estimates.last().cloned();
+        assert!(last(&all[0]) != last(&all[1]) && last(&all[1]) != last(&all[2]));
     }
 }
 
 #[test]
 fn less_of_gravity_is_left_at_rest() {
     let left = |corrected: bool| {
-        let (_, estimates) = on_the_foot(corrected);
+        let (_, estimates) = on_the_foot(corrected, &[]);
         let still = &estimates[(estimates.len() - 300)..];
         let sum: f32 = still
             .iter()
@@ -193,4 +228,97 @@ fn less_of_gravity_is_left_at_rest() {
     println!("left of gravity: {as_read:.4} m/s², corrected {corrected:.4}");
     assert!(as_read > 0.05, "{as_read}");
     assert!(corrected < as_read / 3.0, "{corrected} of {as_read}");
+}
+
+#[test]
+fn a_mounting_that_no_sensor_has_is_refused_over_can_and_uart_and_changes_nothing() {
+    const LEFT_HANDED: Value = Value::U16(132);
+    const AXIS_TWICE: Value = Value::U16(113);
+    let invalid = AbortCode::InvalidValue.code().to_le_bytes();
+    let axes = Address::new(index::MOUNTING, 1);
+    let mut bench = Bench::new(Settings::default()).running();
+    bench.command(Command::EnterPreOperational);
+    bench.still();
+    for wrong in [LEFT_HANDED, AXIS_TWICE] {
+        write_over_sdo(&mut bench, axes, wrong);
+        bench.still();
+        let answer = bench.can.iter().find(|frame| frame.id() == 0x591);
+        let answer = answer.expect("an answer").data();
+        assert_eq!((answer[0], &answer[4..]), (0x80, &invalid[..]));
+        bench.set(axes, wrong);
+        bench.still();
+        let refused = [Answer::Refused(AbortCode::InvalidValue)];
+        assert_eq!(bench.answers(), refused);
+    }
+    // Of length 1.28.
+    for (subindex, part) in [(2, 0.8), (3, 1.0)] {
+        bench.set(Address::new(index::MOUNTING, subindex), Value::F32(part));
+        bench.still();
+        assert_eq!(bench.answers(), [Answer::Done]);
+    }
+    bench.set(axes, Value::U16(0));
+    bench.still();
+    let refused = [Answer::Refused(AbortCode::Incompatible)];
+    assert_eq!(bench.answers(), refused);
+    assert_eq!(bench.foot.settings().mounting(), Mounting::IDENTITY);
+}
+
+/// Where the foot has up, to a tenth.
+fn up(bench: &Bench) -> [f32; 3] {
+    let Vec3 { x, y, z } = bench.foot.estimate().orientation.up();
+    [x, y, z].map(|part| (10.0 * part).round() / 10.0)
+}
+
+#[test]
+fn a_mounting_set_over_uart_takes_effect_at_once_and_again_after_a_power_cycle() {
+    let mut bench = Bench::new(Settings::default()).running();
+    assert_eq!(up(&bench), [0.0, 0.0, 1.0]);
+    bench.command(Command::EnterPreOperational);
+    bench.still();
+    bench.set(Address::new(index::MOUNTING, 1), Value::U16(162));
+    // The estimator begins anew with samples in the new frame, and finds up in that.
+    let bench = bench.running();
+    assert_eq!(up(&bench), [0.0, -1.0, 0.0]);
+
+    let flash = stored(Flash::blank(), bench.foot.settings());
+    let (settings, origin) = load(flash);
+    assert_eq!(origin, Origin::Stored);
+    assert_eq!(Ok(settings.mounting()), "x,-z,y".parse());
+    let bench = Bench::new(settings).running();
+    assert_eq!(up(&bench), [0.0, -1.0, 0.0]);
+}
+
+#[test]
+fn the_bias_of_the_gyroscope_is_found_again_along_the_axes_of_another_mounting() {
+    let options = PartOptions {
+        gyro_bias: [0.01, -0.02, 0.04],
+        ..ORDINARY
+    };
+    let mut bench = Bench::new(Settings::default());
+    let mut ticks = 0;
+    let mut biases = Vec::new();
+    run(
+        Run::default(),
+        &part(|_: f64| Stimulus::REST, options),
+        &mut bench,
+        6000 * MS,
+        |bench, _, _| {
+            ticks += 1;
+            if ticks == 2990 {
+                bench.command(Command::EnterPreOperational);
+            } else if ticks == 3000 {
+                bench.set(Address::new(index::MOUNTING, 1), Value::U16(162));
+            }
+            if [3000, 3002, 5990].contains(&ticks) {
+                biases.push(bench.foot.estimate().gyro_bias.0);
+            }
+        },
+    );
+    let [found, forgotten, again] = biases[..] else {
+        panic!("{biases:?}");
+    };
+    assert!(found.length() > 0.02, "{found:?}");
+    assert_eq!(forgotten, Vec3::ZERO);
+    let turned = Vec3::new(found.x, -found.z, found.y);
+    assert!((again - turned).length() < 2e-3, "{again:?} for {turned:?}");
 }

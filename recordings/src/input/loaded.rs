@@ -14,7 +14,7 @@ pub struct Hints {
     pub sample_rate: Option<f32>,
     /// Whether the samples contain gravity, where it differs from what the format says.
     pub gravity: Option<Gravity>,
-    /// The sensor's static calibration.
+    /// The sensor's static calibration, and its mounting.
     pub correction: Correction,
     /// How columns with names are to be understood; units and times are those of bags, too.
     pub table: TableOptions,
@@ -80,7 +80,8 @@ pub(super) fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
 }
 
 /// A sample from six readings in SI units, in the order of
-/// [`Axis::ALL`](estimator_core::Axis::ALL), with what is known to be wrong with them put right.
+/// [`Axis::ALL`](estimator_core::Axis::ALL), with what is known to be wrong with them put
+/// right, in the frame of the foot.
 pub(super) fn imu_sample(
     timestamp: Timestamp,
     readings: [f64; 6],

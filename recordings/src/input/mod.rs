@@ -11,7 +11,7 @@
 //! | columns of a `csv` that are no part of a recording: the true orientation | `extra`, `truth` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`pce`] |
 //! | rows in order, whatever they are read from, and where they go | `rows`, `stored` |
-//! | the sensor's static calibration | `correction` |
+//! | the sensor's static calibration, and its mounting | `correction` |
 //! | what comes out, and what can be wrong | `loaded`, [`error`], [`refusal`] |
 //!
 //! Parquet and bags are read with the feature `containers` only, and from a disk: what comes through a
@@ -71,6 +71,7 @@ pub use refusal::ContainerError;
 pub use stored::{About, Stored};
 pub use topics::{BagOptions, LoadTopic, Topics};
 
+use crate::mounting;
 use crate::space::Rotation;
 use open::{Container, Source};
 use pce::LabelScheme;
@@ -203,9 +204,9 @@ impl Opened {
     }
 
     /// Reads a `csv` that has the columns `qw`, `qx`, `qy` and `qz`, too: a unit quaternion per
-    /// row, Hamilton, sensor → world, z up, blank where it is not known. Gives it for each sample;
-    /// `None`, too, where a column `movement` says that the row does not count. Whatever the
-    /// format of a table is said to be, it is read as a `csv`.
+    /// row, Hamilton, sensor → world, z up, blank where it is not known. Gives it for each sample, from
+    /// the frame of the foot, as the samples are; `None`, too, where a column `movement` says that the
+    /// row does not count. Whatever the format of a table is said to be, it is read as a `csv`.
     ///
     /// # Errors
     /// The first thing that is wrong with it, with file, line and column; no row counts; or it is no
@@ -230,7 +231,10 @@ impl Opened {
         let loaded = stored
             .into_loaded()
             .map_err(|source| InputError::Spool { file, source })?;
-        Ok((loaded, orientations.rows))
+        // The truth is the sensor's, the samples are the foot's.
+        let to_sensor = mounting::rotation(&hints.correction.mounting).inverse();
+        let turn = |truth: Option<Rotation>| truth.map(|truth| truth.after(to_sensor));
+        Ok((loaded, orientations.rows.into_iter().map(turn).collect()))
     }
 }
 

@@ -86,15 +86,47 @@ fn gravity_is_found_where_it_is_declared_removed_and_missed_where_it_is_not() {
 #[test]
 fn a_sensor_on_its_side_or_head_is_found_with_the_axis_that_is_up() {
     let up = |recording: &Recording| match check(recording)[..] {
-        [Finding::GravityNotAlongZ { up }] => up,
+        [Finding::GravityNotAlongZ { up, axes }] => (up, axes.to_string()),
         ref other => panic!("{other:?}"),
     };
-    assert_eq!(up(&with_force(|f| Vec3::new(-f.z, f.y, f.x))), "-x");
-    assert_eq!(up(&with_force(|f| Vec3::new(f.x, f.z, -f.y))), "y");
-    assert_eq!(up(&with_force(scaled(-1.0))), "-z");
+    let is = |up: &'static str, axes: &str| (up, axes.to_owned());
+    let side = with_force(|f| Vec3::new(-f.z, f.y, f.x));
+    assert_eq!(up(&side), is("-x", "z,y,-x"));
+    let y_up = with_force(|f| Vec3::new(f.x, f.z, -f.y));
+    assert_eq!(up(&y_up), is("y", "x,-z,y"));
+    assert_eq!(up(&with_force(scaled(-1.0))), is("-z", "x,-y,-z"));
     // 30° is how a foot may stand.
     let tilted = with_force(|f| Vec3::new(f.x + 0.5 * f.z, f.y, 0.866 * f.z));
     assert_eq!(found(&tilted), [""; 0]);
+}
+
+#[test]
+fn a_mounting_that_was_wrong_is_replaced_by_one_that_is_right() {
+    // y of the sensor is up, and was said to be x of the foot.
+    let wrong: Mounting = "y,z,x".parse().expect("axes");
+    let recording = with_force(|f| wrong.turn(Vec3::new(f.x, f.z, -f.y)));
+    let [finding] = check(&recording)[..] else {
+        panic!("one finding");
+    };
+    assert_eq!(
+        finding.with_mounting(&wrong).to_string(),
+        "x is up at rest, where the foot has z: --axes -x,z,y"
+    );
+    let right: Mounting = "-x,z,y".parse().expect("axes");
+    let recording = with_force(|f| right.turn(Vec3::new(f.x, f.z, -f.y)));
+    assert_eq!(found(&recording), [""; 0]);
+}
+
+#[test]
+fn gravity_at_rest_is_told_where_there_is_any() {
+    let up = gravity_at_rest(&walk()).expect("gravity");
+    assert!((up - Vec3::new(0.0, 0.0, 9.81)).length() < 0.1, "{up:?}");
+    let removed = Recording {
+        gravity: Gravity::Removed,
+        ..walk()
+    };
+    assert_eq!(gravity_at_rest(&removed), None);
+    assert_eq!(gravity_at_rest(&with_force(scaled(0.1))), None);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use estimator_core::{Parameter, Row, Unit};
 
 use super::limits::Limits;
+use super::mounting;
 use super::settings::CAN_BIT_RATES;
 use super::text::Text;
 use crate::value::{DataType, Value};
@@ -64,7 +65,7 @@ pub enum Concern {
     Stream,
     /// The sensor's start.
     Sensor,
-    /// The correction of the accelerometer.
+    /// What is done to a sample before the estimate: the correction of the accelerometer, the mounting.
     Correction,
     /// The load input.
     Load,
@@ -92,12 +93,14 @@ enum Bounds {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Choice {
     CanBitRate,
+    Axes,
 }
 
 impl Choice {
     const fn values(self) -> &'static [Value] {
         match self {
             Self::CanBitRate => CAN_BIT_RATES,
+            Self::Axes => mounting::AXES,
         }
     }
 }

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | indices and addresses | `address` |
 //! | the objects of CiA 301 | `communication` |
-//! | the configuration of the foot | `settings` |
+//! | the configuration of the foot | `settings`, `mounting` |
 //! | what it measures and knows | `process` |
 //! | a value: role, access, limits, texts | `entry`, `limits`, `text` |
 //!
@@ -17,6 +17,7 @@
 mod communication;
 mod entry;
 mod limits;
+mod mounting;
 mod process;
 mod settings;
 mod text;
@@ -24,6 +25,8 @@ mod text;
 pub use crate::address::{Address, index};
 pub use entry::{Access, Concern, Entry, Role};
 pub use limits::Limits;
+pub(crate) use mounting::AS_QUATERNION;
+pub use mounting::code_of_axes;
 pub use settings::WINDOW_CAPACITY;
 pub use text::Text;
 

@@ -5,7 +5,7 @@ use estimator_core::{
 };
 
 use super::entry::Choice;
-use super::{Concern, Entry, Object, Shape, Text, index};
+use super::{Concern, Entry, Object, Shape, Text, index, mounting};
 use crate::foot::Foot;
 use crate::value::Value;
 
@@ -313,4 +313,5 @@ pub(super) const OBJECTS: &[Object] = &[
         ),
         entries: &LEARNT,
     },
+    mounting::OBJECT,
 ];

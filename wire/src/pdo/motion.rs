@@ -54,7 +54,7 @@ fn vector(codes: [Quantity; 3], step: f64) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-/// The contents of TPDO3: orientation, sensor → world.
+/// The contents of TPDO3: orientation, foot → world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Attitude(pub [Quantity; 4]);
 
@@ -143,7 +143,7 @@ macro_rules! timed_vector {
 }
 
 timed_vector!(
-    /// The contents of TPDO4: acceleration without gravity, sensor frame.
+    /// The contents of TPDO4: acceleration without gravity, frame of the foot.
     Acceleration,
     ACCELERATION_STEP,
     linear_acceleration,
@@ -152,7 +152,7 @@ timed_vector!(
 );
 
 timed_vector!(
-    /// The contents of TPDO5: angular rate without bias, sensor frame.
+    /// The contents of TPDO5: angular rate without bias, frame of the foot.
     Rate,
     RATE_STEP,
     angular_rate,
@@ -254,7 +254,7 @@ pub(super) const ACCELERATION: [Field; 4] = {
         quantity(index::ACCELERATION, subindex, name, "0.01 m/s²", signals)
     }
     const fn signal(name: &'static str) -> Signal {
-        let about = "Acceleration without gravity, sensor frame.";
+        let about = "Acceleration without gravity, frame of the foot.";
         Signal::quantity(name, ACCELERATION_STEP, ACCELERATION_UNIT, about)
     }
     [
@@ -270,7 +270,7 @@ pub(super) const RATE: [Field; 4] = {
         quantity(index::RATE, subindex, name, "0.00125 rad/s", signals)
     }
     const fn signal(name: &'static str) -> Signal {
-        let about = "Angular rate without bias, sensor frame.";
+        let about = "Angular rate without bias, frame of the foot.";
         Signal::quantity(name, RATE_STEP, RATE_UNIT, about)
     }
     [
@@ -286,7 +286,7 @@ pub(super) const BIAS: [Field; 4] = {
         quantity(index::BIAS, subindex, name, "0.00001 rad/s", signals)
     }
     const fn signal(name: &'static str) -> Signal {
-        let about = "Estimated bias of the gyroscope, sensor frame.";
+        let about = "Estimated bias of the gyroscope, frame of the foot.";
         Signal::quantity(name, BIAS_STEP, RATE_UNIT, about)
     }
     [

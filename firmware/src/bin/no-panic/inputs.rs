@@ -5,9 +5,9 @@ use core::cell::UnsafeCell;
 use estimator_core::stillness::{GravityErrorParams, QuantityParams, SlideParams};
 use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, DecisionParams, Gravity, ImuSample, Learning,
-    Learnt, LinearAcceleration, LoadParams, Method, Params, PerAxis, Phase, Probabilities,
-    Quaternion, RestParams, Saturation, SpecificForce, StillnessParams, Timestamp, Validity, Vec3,
-    WindowLength,
+    Learnt, LinearAcceleration, LoadParams, Method, MountingParams, Params, PerAxis, Phase,
+    Probabilities, Quaternion, RestParams, Saturation, SensorAxis, SpecificForce, StillnessParams,
+    Timestamp, Validity, Vec3, WindowLength,
 };
 use wire::{CanFrame, Faults};
 
@@ -166,6 +166,21 @@ pub fn any_params() -> Params {
             on_threshold: any(),
             off_threshold: any(),
         },
+    }
+}
+
+pub fn any_mounting() -> MountingParams {
+    let axis = || {
+        let axes = SensorAxis::ALL.into_iter();
+        axes.skip(usize::from(any::<u8>()))
+            .next()
+            .unwrap_or_default()
+    };
+    if any_bool() {
+        MountingParams::Axes([axis(), axis(), axis()])
+    } else {
+        let [w, x, y, z] = any();
+        MountingParams::Rotation(Quaternion { w, x, y, z })
     }
 }
 

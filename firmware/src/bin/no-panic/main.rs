@@ -27,7 +27,8 @@ use stm32_metapac as _;
 
 use bus::{AnyBus, AnyDelay};
 use inputs::{
-    any, any_bool, any_can_frame, any_estimate, any_faults, any_learnt, any_params, any_sample,
+    any, any_bool, any_can_frame, any_estimate, any_faults, any_learnt, any_mounting, any_params,
+    any_sample,
 };
 
 /// The message of the panic that the compiler leaves in every `async fn` that it cannot analyse. `await`
@@ -69,7 +70,8 @@ fn main() -> ! {
             4 => node(),
             5 => uart(),
             6 => codecs(),
-            7 => one_panic(),
+            7 => mounting(),
+            8 => one_panic(),
             _ => {}
         }
     }
@@ -105,6 +107,17 @@ fn estimator() {
     used(estimator_core::erf::erf(any()));
     used(estimator_core::logarithm::ln(any()));
     used(estimator_core::logarithm::exp(any()));
+}
+
+fn mounting() {
+    let params = any_mounting();
+    used(params.validate());
+    if let Ok(mounting) = params.validate() {
+        let mut sample = any_sample();
+        mounting.apply(&mut sample.specific_force, &mut sample.angular_rate);
+        used(sample);
+        used(mounting.params());
+    }
 }
 
 fn blocking_driver() {

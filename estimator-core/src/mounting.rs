@@ -1,0 +1,241 @@
+//! The mounting: how the sensor's axes lie in the foot.
+//!
+//! The foot's frame has z up where the foot stands; x to the front is the convention. A mounting turns
+//! readings from the sensor's frame to that of the foot, after the accelerometer's
+//! [correction](crate::correction), which belongs to the sensor's own axes, and before the estimator: so
+//! all that an estimate says of axes is in the frame of the foot. Foot and host both apply it here, so
+//! that the same readings give the same bits.
+//!
+//! A sensor that is at the end of its range is so as a whole, whatever axis it is:
+//! [`Validity`](crate::Validity) stays as it was.
+
+// A microcontroller has no text to read, and the core library's reader of numbers can panic.
+#[cfg(not(target_os = "none"))]
+mod read;
+mod text;
+
+use crate::sample::{AngularRate, SpecificForce};
+use crate::vector::{Quaternion, Vec3};
+
+/// An axis of the sensor, or its opposite.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SensorAxis {
+    /// x.
+    #[default]
+    X = 1,
+    /// y.
+    Y,
+    /// z.
+    Z,
+    /// The opposite of x.
+    MinusX,
+    /// The opposite of y.
+    MinusY,
+    /// The opposite of z.
+    MinusZ,
+}
+
+impl SensorAxis {
+    /// All of them, in the order of their numbers, which begin with 1.
+    pub const ALL: [Self; 6] = [
+        Self::X,
+        Self::Y,
+        Self::Z,
+        Self::MinusX,
+        Self::MinusY,
+        Self::MinusZ,
+    ];
+
+    /// The axis that points the other way.
+    #[must_use]
+    pub const fn opposite(self) -> Self {
+        match self {
+            Self::X => Self::MinusX,
+            Self::Y => Self::MinusY,
+            Self::Z => Self::MinusZ,
+            Self::MinusX => Self::X,
+            Self::MinusY => Self::Y,
+            Self::MinusZ => Self::Z,
+        }
+    }
+
+    /// The component of a vector along it: its own bits, but for the sign.
+    #[inline]
+    #[must_use]
+    pub fn component(self, vector: Vec3) -> f32 {
+        match self {
+            Self::X => vector.x,
+            Self::Y => vector.y,
+            Self::Z => vector.z,
+            Self::MinusX => -vector.x,
+            Self::MinusY => -vector.y,
+            Self::MinusZ => -vector.z,
+        }
+    }
+
+    /// 0 for x to 2 for z, and the sign.
+    const fn parts(self) -> (u8, i8) {
+        match self {
+            Self::X => (0, 1),
+            Self::Y => (1, 1),
+            Self::Z => (2, 1),
+            Self::MinusX => (0, -1),
+            Self::MinusY => (1, -1),
+            Self::MinusZ => (2, -1),
+        }
+    }
+}
+
+/// What a person writes: how the sensor's axes lie in the foot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MountingParams {
+    /// For the foot's x, y and z each the axis of the sensor that lies along it. Right-handed: 24 ways.
+    Axes([SensorAxis; 3]),
+    /// A unit quaternion in Hamilton's convention that turns a vector's components in the sensor's frame
+    /// into those in the foot's.
+    Rotation(Quaternion),
+}
+
+/// What the length of a quaternion may be, as it is written with three decimals.
+const LEAST_LENGTH: f32 = 0.999;
+/// See [`LEAST_LENGTH`].
+const MOST_LENGTH: f32 = 1.001;
+
+/// A square of a length that is 1 but for rounding: such a quaternion keeps its bits.
+const ROUNDED: f32 = 2.0e-6;
+
+impl MountingParams {
+    /// The sensor's axes are those of the foot.
+    pub const IDENTITY: Self = Self::Axes([SensorAxis::X, SensorAxis::Y, SensorAxis::Z]);
+
+    /// Checks that a sensor can lie like this.
+    ///
+    /// # Errors
+    /// An axis stands for two, the axes are left-handed, or the quaternion has not the length 1.
+    pub fn validate(&self) -> Result<Mounting, MountingError> {
+        match *self {
+            Self::Axes(axes) => match handedness(axes) {
+                1 if *self == Self::IDENTITY => Ok(Mounting::IDENTITY),
+                1 => Ok(Mounting(Turn::Axes(axes))),
+                -1 => Err(MountingError::LeftHanded { axes }),
+                _ => Err(MountingError::AxisTwice { axes }),
+            },
+            Self::Rotation(quaternion) => {
+                let Quaternion { w, x, y, z } = quaternion;
+                let square = w * w + x * x + y * y + z * z;
+                let length = crate::root::sqrt(square);
+                // A NaN lies in no range.
+                if !(LEAST_LENGTH..=MOST_LENGTH).contains(&length) {
+                    return Err(MountingError::Length { length });
+                }
+                if x == 0.0 && y == 0.0 && z == 0.0 {
+                    return Ok(Mounting::IDENTITY);
+                }
+                Ok(Mounting(Turn::Rotation(
+                    if (square - 1.0).abs() <= ROUNDED {
+                        quaternion
+                    } else {
+                        quaternion.normalised()
+                    },
+                )))
+            }
+        }
+    }
+}
+
+/// 1 for right-handed axes, −1 for left-handed ones, 0 where one stands for two: the determinant.
+#[must_use]
+pub const fn handedness([x, y, z]: [SensorAxis; 3]) -> i8 {
+    let ((x, along_x), (y, along_y), (z, along_z)) = (x.parts(), y.parts(), z.parts());
+    let order = match (x, y, z) {
+        (0, 1, 2) | (1, 2, 0) | (2, 0, 1) => 1,
+        (0, 2, 1) | (2, 1, 0) | (1, 0, 2) => -1,
+        _ => 0,
+    };
+    order * along_x * along_y * along_z
+}
+
+/// A mounting that has been checked. Only [`MountingParams::validate`] makes one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mounting(Turn);
+
+/// What is done to a vector.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Turn {
+    #[default]
+    None,
+    Axes([SensorAxis; 3]),
+    Rotation(Quaternion),
+}
+
+impl Mounting {
+    /// The sensor's axes are those of the foot: readings keep their bits.
+    pub const IDENTITY: Self = Self(Turn::None);
+
+    /// What a person writes for it.
+    #[must_use]
+    pub const fn params(&self) -> MountingParams {
+        match self.0 {
+            Turn::None => MountingParams::IDENTITY,
+            Turn::Axes(axes) => MountingParams::Axes(axes),
+            Turn::Rotation(quaternion) => MountingParams::Rotation(quaternion),
+        }
+    }
+
+    /// The components in the foot's frame of a vector given in the sensor's. Where axes lie along axes,
+    /// they keep their bits but for the sign.
+    #[must_use]
+    pub fn turn(&self, vector: Vec3) -> Vec3 {
+        match self.0 {
+            Turn::None => vector,
+            Turn::Axes([x, y, z]) => Vec3::new(
+                x.component(vector),
+                y.component(vector),
+                z.component(vector),
+            ),
+            Turn::Rotation(quaternion) => quaternion.rotate(vector),
+        }
+    }
+
+    /// Turns the readings of both sensors to the foot's frame.
+    // In place and in the caller, so that a sensor with the foot's axes costs a comparison.
+    #[inline(always)]
+    pub fn apply(&self, force: &mut SpecificForce, rate: &mut AngularRate) {
+        if !matches!(self.0, Turn::None) {
+            self.turn_both(&mut force.0, &mut rate.0);
+        }
+    }
+
+    #[inline(never)]
+    fn turn_both(&self, force: &mut Vec3, rate: &mut Vec3) {
+        *force = self.turn(*force);
+        *rate = self.turn(*rate);
+    }
+}
+
+/// Why no sensor lies as it is said to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MountingError {
+    /// An axis of the sensor stands for two of the foot.
+    AxisTwice {
+        /// The axes.
+        axes: [SensorAxis; 3],
+    },
+    /// The axes are those of a mirror image.
+    LeftHanded {
+        /// The axes.
+        axes: [SensorAxis; 3],
+    },
+    /// The quaternion has another length than 1.
+    Length {
+        /// Its length.
+        length: f32,
+    },
+    /// The text is neither three axes nor four numbers.
+    Unreadable,
+}
+
+impl core::error::Error for MountingError {}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,59 @@
+//! A mounting from text, on a command line and in a file.
+
+use core::str::FromStr;
+
+use super::{Mounting, MountingError, MountingParams, SensorAxis};
+use crate::vector::Quaternion;
+
+fn axis(name: &str) -> Option<SensorAxis> {
+    let name = name.strip_prefix('+').unwrap_or(name);
+    let mut all = SensorAxis::ALL.into_iter();
+    all.find(|axis| axis.name() == name)
+}
+
+impl FromStr for MountingParams {
+    type Err = MountingError;
+
+    /// Reads three axes or the four numbers w, x, y, z, separated by commas.
+    fn from_str(text: &str) -> Result<Self, MountingError> {
+        parts(text)
+            .and_then(|axes| all(axes, axis))
+            .map(Self::Axes)
+            .or_else(|| {
+                let [w, x, y, z] = all(parts(text)?, |number| number.parse().ok())?;
+                Some(Self::Rotation(Quaternion { w, x, y, z }))
+            })
+            .ok_or(MountingError::Unreadable)
+    }
+}
+
+impl FromStr for Mounting {
+    type Err = MountingError;
+
+    /// Reads what [`MountingParams`] reads, and checks it.
+    fn from_str(text: &str) -> Result<Self, MountingError> {
+        text.parse::<MountingParams>()?.validate()
+    }
+}
+
+/// The parts of a text, where there are as many.
+fn parts<const N: usize>(text: &str) -> Option<[&str; N]> {
+    let mut split = text.split(',').map(str::trim);
+    let parts = [(); N].map(|()| split.next());
+    match split.next() {
+        None => all(parts, |part| part),
+        Some(_) => None,
+    }
+}
+
+/// Each of them as something else, where all can be.
+fn all<T: Copy, U: Copy + Default, const N: usize>(
+    from: [T; N],
+    read: impl Fn(T) -> Option<U>,
+) -> Option<[U; N]> {
+    let mut to = [U::default(); N];
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = read(from)?;
+    }
+    Some(to)
+}

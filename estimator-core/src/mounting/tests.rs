@@ -1,0 +1,170 @@
+use std::format;
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+use super::*;
+
+/// All ways in which three axes can be written.
+fn all_ways() -> Vec<[SensorAxis; 3]> {
+    let mut ways = Vec::new();
+    for x in SensorAxis::ALL {
+        for y in SensorAxis::ALL {
+            ways.extend(SensorAxis::ALL.map(|z| [x, y, z]));
+        }
+    }
+    ways
+}
+
+fn mounting(text: &str) -> Mounting {
+    text.parse().expect(text)
+}
+
+fn refusal(text: &str) -> String {
+    text.parse::<Mounting>().expect_err(text).to_string()
+}
+
+fn bits(vector: Vec3) -> [u32; 3] {
+    [vector.x, vector.y, vector.z].map(f32::to_bits)
+}
+
+const READING: Vec3 = Vec3::new(0.25, -0.0, 9.81);
+
+#[test]
+fn twenty_four_ways_keep_the_bits_of_a_reading_and_turn_as_a_solid_does() {
+    let mut right_handed = 0;
+    for axes in all_ways() {
+        let Ok(mounting) = MountingParams::Axes(axes).validate() else {
+            continue;
+        };
+        right_handed += 1;
+        let (a, b) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(-2.0, 0.5, 4.0));
+        let turn = |vector| mounting.turn(vector);
+        assert_eq!(turn(a).cross(turn(b)), turn(a.cross(b)), "{axes:?}");
+        for (axis, value) in axes.into_iter().zip(bits(turn(READING))) {
+            assert_eq!(value, axis.component(READING).to_bits());
+        }
+    }
+    assert_eq!(right_handed, 24);
+}
+
+#[test]
+fn what_is_written_stands_for_the_foots_axes_in_their_order() {
+    // z of the foot is where y of the sensor is.
+    let mounting = mounting("x,-z,y");
+    let up = Vec3::new(0.0, 9.81, 0.0);
+    assert_eq!(mounting.turn(up), Vec3::new(0.0, 0.0, 9.81));
+    let mut force = SpecificForce(Vec3::new(1.0, 2.0, 3.0));
+    let mut rate = AngularRate(Vec3::new(4.0, 5.0, 6.0));
+    mounting.apply(&mut force, &mut rate);
+    assert_eq!(force.0, Vec3::new(1.0, -3.0, 2.0));
+    assert_eq!(rate.0, Vec3::new(4.0, -6.0, 5.0));
+}
+
+#[test]
+fn a_sensor_with_the_foots_axes_keeps_every_bit_however_that_is_written() {
+    for text in ["x,y,z", " +x, y ,z", "1,0,0,0", "-1,0,-0,0", "0.9995,0,0,0"] {
+        let mounting = mounting(text);
+        assert_eq!(mounting, Mounting::IDENTITY, "{text}");
+        assert_eq!(bits(mounting.turn(READING)), bits(READING));
+    }
+    assert_eq!(Mounting::default(), Mounting::IDENTITY);
+}
+
+#[test]
+fn a_quaternion_turns_as_the_axes_do_that_it_stands_for() {
+    let half = 0.5_f32.sqrt();
+    for (quaternion, axes) in [
+        (format!("{half},{half},0,0"), "x,-z,y"),
+        (format!("{half},0,{half},0"), "z,y,-x"),
+        (format!("{half},0,0,-{half}"), "y,-x,z"),
+        ("0.5,0.5,0.5,0.5".to_string(), "z,x,y"),
+        ("0,1,0,0".to_string(), "x,-y,-z"),
+    ] {
+        let vector = Vec3::new(3.0, -5.0, 7.0);
+        let difference = mounting(&quaternion).turn(vector) - mounting(axes).turn(vector);
+        assert!(difference.length() < 3e-6, "{quaternion}: {difference:?}");
+    }
+}
+
+#[test]
+fn a_quaternion_with_three_decimals_is_brought_to_its_length() {
+    let vector = Vec3::new(3.0, -5.0, 7.0);
+    let turned = mounting("0.707,0.707,0,0").turn(vector);
+    assert!((turned.length() - vector.length()).abs() < 1e-5);
+    assert!((turned - mounting("x,-z,y").turn(vector)).length() < 1e-5);
+}
+
+#[test]
+fn a_mounting_is_read_back_as_it_is_written() {
+    for axes in all_ways() {
+        let params = MountingParams::Axes(axes);
+        assert_eq!(params.to_string().parse(), Ok(params));
+    }
+    for text in ["0.707,0.707,0,0", "0.1,-0.7,0.5,0.4998", "1e-3,0.6,0.8,0"] {
+        let mounting = mounting(text);
+        assert_eq!(mounting.to_string().parse(), Ok(mounting), "{text}");
+        assert_eq!(mounting.params().validate(), Ok(mounting));
+    }
+}
+
+#[test]
+fn a_mirror_image_is_refused_with_what_to_flip() {
+    assert_eq!(
+        refusal("x,z,y"),
+        "x,z,y is left-handed, and a sensor is not: flip the sign of one axis, as in x,-z,y or -x,z,y"
+    );
+    for axes in all_ways() {
+        if let Err(MountingError::LeftHanded {
+            axes: refused @ [x, y, z],
+        }) = MountingParams::Axes(axes).validate()
+        {
+            assert_eq!(refused, axes);
+            for flipped in [[x, y.opposite(), z], [x.opposite(), y, z]] {
+                assert!(MountingParams::Axes(flipped).validate().is_ok());
+            }
+        }
+    }
+}
+
+#[test]
+fn an_axis_that_stands_for_two_is_refused() {
+    for text in ["x,x,z", "x,-x,z", "z,y,z"] {
+        let expected = format!("{text} has an axis twice: ");
+        assert!(refusal(text).starts_with(&expected), "{}", refusal(text));
+    }
+}
+
+#[test]
+fn a_quaternion_of_another_length_is_refused_with_its_length() {
+    assert_eq!(
+        refusal("1,1,0,0"),
+        "the quaternion has the length 1.4142135, allowed is 0.999 to 1.001: \
+         divide its four numbers by their length"
+    );
+    for text in [
+        "0,0,0,0",
+        "nan,0,0,1",
+        "inf,0,0,0",
+        "1.002,0,0,0",
+        "0,0.998,0,0",
+    ] {
+        assert!(refusal(text).starts_with("the quaternion has the length"));
+    }
+}
+
+#[test]
+fn what_is_neither_axes_nor_a_quaternion_is_refused_with_how_to_write_it() {
+    for text in [
+        "",
+        "x",
+        "x,y",
+        "x,y,z,x",
+        "x,y,w",
+        "1,0,0",
+        "1,0,0,0,0",
+        "X,Y,Z",
+        "--x,y,z",
+    ] {
+        assert!(refusal(text).contains("such as x,-z,y"), "{text}");
+    }
+}

@@ -1,0 +1,208 @@
+//! `--axes` and the key `axes` from outside: how the sensor lies in the foot.
+
+mod common;
+
+use std::fs;
+
+use common::{AXES, Bench, read};
+use gait::{GaitName, Ground, Plan, SensorParams, record};
+use recordings::output::write_recording;
+use recordings::recording::Recording;
+
+use estimator_core::{AngularRate, SpecificForce, Vec3};
+
+fn table(recording: &Recording) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write_recording(&recording.samples, &mut bytes).expect("memory is enough");
+    bytes
+}
+
+/// A walk, as `walk.csv` with z up, and as the sensor on its side sees it, whose y is up.
+fn bench() -> Bench {
+    turned_by(|v| Vec3::new(v.x, v.z, -v.y))
+}
+
+/// The same with the sensor as `to_sensor` has it.
+fn turned_by(to_sensor: impl Fn(Vec3) -> Vec3) -> Bench {
+    let plan = Plan::steady(GaitName::Walk, Ground::Hard, 12.0, 3);
+    let mut recording = record(&plan, &SensorParams::LSM6DSOX, 3);
+    let bench = Bench::with("walk.csv", table(&recording));
+    for sample in &mut recording.samples {
+        let imu = &mut sample.imu;
+        imu.specific_force = SpecificForce(to_sensor(imu.specific_force.0));
+        imu.angular_rate = AngularRate(to_sensor(imu.angular_rate.0));
+    }
+    fs::write(bench.path("side.csv"), table(&recording)).expect("a file");
+    bench
+}
+
+/// The table of estimates of a replay.
+fn estimates(bench: &Bench, arguments: &str) -> String {
+    bench.stdout(&format!("replay {arguments} --output out.csv"));
+    read(&bench.path("out.csv"))
+}
+
+#[test]
+fn with_its_axes_a_sensor_on_its_side_gives_the_same_table() {
+    let bench = bench();
+    let expected = estimates(&bench, "walk.csv");
+    assert_eq!(estimates(&bench, "side.csv --axes x,-z,y"), expected);
+    assert_ne!(estimates(&bench, "side.csv"), expected);
+    fs::write(bench.path("robot.toml"), "axes = 'x,-z,y'\n").expect("a file");
+    assert_eq!(estimates(&bench, "side.csv --config robot.toml"), expected);
+}
+
+#[test]
+fn an_option_wins_over_the_file_and_may_begin_with_a_minus() {
+    let bench = bench();
+    fs::write(bench.path("robot.toml"), "axes = '-x,z,y'\n").expect("a file");
+    let by_file = estimates(&bench, "side.csv --config robot.toml");
+    let by_option = estimates(&bench, "side.csv --axes -x,z,y");
+    assert_eq!(by_file, by_option);
+    let both = estimates(&bench, "side.csv --config robot.toml --axes x,-z,y");
+    assert_eq!(both, estimates(&bench, "walk.csv"));
+}
+
+#[test]
+fn what_no_sensor_has_is_refused_with_what_to_change() {
+    let bench = bench();
+    for (axes, expected) in [
+        ("x,z,y", "flip the sign of one axis, as in x,-z,y or -x,z,y"),
+        ("x,x,z", "has an axis twice"),
+        (
+            "1,1,0,0",
+            "has the length 1.4142135, allowed is 0.999 to 1.001",
+        ),
+        (
+            "up",
+            "is neither axes nor a quaternion: write for the foot's x",
+        ),
+    ] {
+        for command in ["replay", "calibrate", "attitude"] {
+            let error = bench.error(&format!("{command} side.csv --axes {axes}"));
+            assert!(error.contains(expected), "{error}");
+        }
+        fs::write(bench.path("robot.toml"), format!("axes = '{axes}'\n")).expect("a file");
+        let error = bench.error("replay side.csv --config robot.toml");
+        assert!(
+            error.starts_with("footfall: robot.toml, line 1, key axes: "),
+            "{error}"
+        );
+        assert!(error.contains(expected), "{error}");
+    }
+    let error = bench.error("calibrate side.csv --rests --axes x,-z,y");
+    assert!(error.contains("cannot be used with"), "{error}");
+}
+
+#[test]
+fn the_finding_names_the_axes_that_answer_it() {
+    let row = |k: u32| format!("{:.3},0,9.81,0,0,0,0\n", f64::from(k) * 1e-3);
+    let rows: String = (0..1000).map(row).collect();
+    let bench = Bench::with("side.csv", format!("t,{AXES}\n{rows}"));
+    let stderr = |arguments: &str| common::text(&bench.run(arguments).stderr);
+    assert_eq!(
+        stderr("replay side.csv"),
+        "footfall: side.csv: y is up at rest, where the foot has z: --axes x,-z,y\n"
+    );
+    assert_eq!(stderr("replay side.csv --axes x,-z,y --strict"), "");
+    // Of axes that are wrong it names those to be used in their place.
+    assert_eq!(
+        stderr("replay side.csv --axes x,z,-y"),
+        "footfall: side.csv: -z is up at rest, where the foot has z: --axes x,-z,y\n"
+    );
+}
+
+#[test]
+fn a_calibration_finds_the_axes_and_a_replay_takes_them_from_its_file() {
+    let bench = bench();
+    let report = bench.stdout("calibrate side.csv --output robot.toml");
+    assert!(
+        report.contains("\naxes x,-z,y\nz was not up where "),
+        "{report}"
+    );
+    assert!(
+        report.contains("\non the foot, 0x2019: 1 = 162\n"),
+        "{report}"
+    );
+    let text = read(&bench.path("robot.toml"));
+    assert!(text.contains("\naxes = \"x,-z,y\"\n"), "{text}");
+    let with_file = estimates(&bench, "side.csv --config robot.toml");
+    bench.stdout("calibrate walk.csv --output level.toml");
+    assert!(!read(&bench.path("level.toml")).contains("axes"));
+    let columns = |table: &str| -> Vec<f64> {
+        let row = |row: &str| row.split(',').nth(1).expect("p_stable").parse().expect("P");
+        table.lines().skip(1).map(row).collect()
+    };
+    // What was learnt from the sensor's own axes holds in the foot's, but for rounding.
+    let level = columns(&estimates(&bench, "walk.csv --config level.toml"));
+    let side = columns(&with_file);
+    let differs = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-3;
+    assert!(!level.iter().zip(&side).any(differs));
+
+    let json = |arguments: &str| -> serde_json::Value {
+        serde_json::from_str(&bench.stdout(arguments)).expect("JSON")
+    };
+    let report = json("calibrate side.csv --json");
+    assert_eq!(report["mounting"]["axes"], "x,-z,y");
+    assert_eq!(report["mounting"]["source"], "found");
+    assert_eq!(report["mounting"]["object"][0], 162);
+    assert!(json("calibrate walk.csv --json")["mounting"].is_null());
+
+    // Given axes are kept where they are right, and what is wrong is replaced.
+    let given = json("calibrate side.csv --axes -x,z,y --output given.toml --json");
+    assert_eq!(given["mounting"]["source"], "given");
+    assert!(read(&bench.path("given.toml")).contains("axes = \"-x,z,y\"\n"));
+    bench.stdout("calibrate side.csv --config given.toml --axes x,z,-y --output again.toml");
+    assert!(read(&bench.path("again.toml")).contains("axes = \"x,-z,y\"\n"));
+    bench.stdout("calibrate walk.csv --config given.toml --axes x,y,z --output none.toml");
+    assert!(!read(&bench.path("none.toml")).contains("axes"));
+}
+
+#[test]
+fn a_sensor_that_lies_askew_is_turned_by_a_quaternion_that_reads_back_to_the_bit() {
+    // 37° about x: from the foot to the sensor.
+    let bench = turned_by(|v| Vec3::new(v.x, 0.8 * v.y + 0.6 * v.z, 0.8 * v.z - 0.6 * v.y));
+    let report = bench.stdout("calibrate side.csv --output robot.toml");
+    let axes = report.lines().find_map(|line| line.strip_prefix("axes "));
+    let axes = axes.expect("a mounting");
+    assert_eq!(axes.split(',').count(), 4, "{report}");
+    assert!(report.contains("it is, within 0°\n"), "{report}");
+    let written = read(&bench.path("robot.toml"));
+    assert!(
+        written.contains(&format!("axes = \"{axes}\"\n")),
+        "{written}"
+    );
+    fs::write(bench.path("axes.toml"), format!("axes = \"{axes}\"\n")).expect("a file");
+    assert_eq!(
+        estimates(&bench, &format!("side.csv --axes {axes}")),
+        estimates(&bench, "side.csv --config axes.toml")
+    );
+}
+
+#[test]
+fn the_orientation_in_a_table_is_the_sensors_whatever_the_axes_are() {
+    // It lies with y up, and the truth leans by 2 · asin(0.01) about z.
+    let rows: String = (0..200)
+        .map(|k| {
+            let half = 0.5_f64.sqrt();
+            let [c, s] = [0.99995 * half, 0.01 * half];
+            format!(
+                "{:.2},0,9.81,0,0,0,0,{c},{c},-{s},{s}\n",
+                f64::from(k) * 0.01
+            )
+        })
+        .collect();
+    let bench = Bench::with("side.csv", format!("t,{AXES},qw,qx,qy,qz\n{rows}"));
+    let errors = |options: &str| {
+        let json = bench.stdout(&format!("attitude side.csv --json {options}"));
+        let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        json["mean_rms_deg"].as_f64().expect("a number")
+    };
+    let expected = errors("");
+    assert!((expected - 1.146).abs() < 0.01, "{expected}");
+    fs::write(bench.path("robot.toml"), "axes = 'z,x,y'\n").expect("a file");
+    for options in ["--axes x,-z,y", "--axes 0.8,0.6,0,0", "--config robot.toml"] {
+        let found = errors(options);
+        assert!((found - expected).abs() < 1e-3, "{options}: {found}");
+    }
+}

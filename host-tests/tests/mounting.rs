@@ -1,0 +1,189 @@
+//! However the sensor lies in the foot, what is estimated is the same: the same motion, recorded by a
+//! sensor with other axes and read with its mounting.
+
+use estimator_core::{
+    AngularRate, ContactEstimate, Method, Mounting, MountingParams, Params, SensorAxis,
+    SpecificForce, Vec3,
+};
+use gait::{GaitName, Ground, Plan, SensorParams, record};
+use host_tests::datasets::recorded;
+use recordings::input::{self, Correction, Format, Hints};
+use recordings::mounting::{rotation, then};
+use recordings::output::write_recording;
+use recordings::recording::Recording;
+use recordings::replay::replay;
+use recordings::space::Vector;
+
+/// Half-widths judge axis by axis: a mounting that is left out shows at once.
+const HALF_WIDTHS: Params = Params {
+    method: Method::HalfWidths,
+    ..Params::DEFAULT
+};
+
+fn walk() -> Recording {
+    let plan = Plan::steady(GaitName::Walk, Ground::Hard, 6.0, 3);
+    record(&plan, &SensorParams::LSM6DSOX, 3)
+}
+
+fn go1() -> Option<Recording> {
+    let path = recorded("pce/GO1_normal_surface.csv")?;
+    let loaded = input::read(&path, Format::PceGo1, &Hints::default());
+    Some(loaded.expect("a readable file").recording)
+}
+
+/// The ways in which axes lie along axes.
+fn mountings() -> Vec<Mounting> {
+    let mut all = Vec::new();
+    for x in SensorAxis::ALL {
+        for y in SensorAxis::ALL {
+            let axes = SensorAxis::ALL.map(|z| MountingParams::Axes([x, y, z]).validate());
+            all.extend(axes.into_iter().flatten());
+        }
+    }
+    assert_eq!(all.len(), 24);
+    all
+}
+
+fn mounting(text: &str) -> Mounting {
+    text.parse().expect(text)
+}
+
+/// What a sensor that lies otherwise would have recorded of the same motion.
+fn recorded_by(recording: &Recording, to_sensor: impl Fn(Vec3) -> Vec3) -> Recording {
+    let mut turned = recording.clone();
+    for sample in &mut turned.samples {
+        let imu = &mut sample.imu;
+        imu.specific_force = SpecificForce(to_sensor(imu.specific_force.0));
+        imu.angular_rate = AngularRate(to_sensor(imu.angular_rate.0));
+    }
+    turned
+}
+
+/// The estimates of a recording that is written to a table and read with a mounting.
+fn estimates(recording: &Recording, mounting: Mounting, params: &Params) -> Vec<ContactEstimate> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("walk.csv");
+    let mut table = Vec::new();
+    write_recording(&recording.samples, &mut table).expect("memory");
+    std::fs::write(&path, table).expect("a file");
+    let hints = Hints {
+        sample_rate: Some(recording.sample_rate),
+        gravity: Some(recording.gravity),
+        correction: Correction {
+            mounting,
+            ..Correction::NONE
+        },
+        ..Hints::default()
+    };
+    let loaded = input::read(&path, Format::Csv, &hints).expect("a readable file");
+    replay(&loaded.recording, params).expect("a preset")
+}
+
+/// All of the estimates, to the bit.
+fn bits(estimates: &[ContactEstimate]) -> Vec<String> {
+    // The shortest text that is no other number, and tells −0 from 0.
+    estimates.iter().map(|e| format!("{e:?}")).collect()
+}
+
+#[test]
+fn with_its_mounting_a_sensor_that_lies_in_any_of_24_ways_gives_the_same_bits() {
+    let walk = walk();
+    let mut cases = vec![(&walk, HALF_WIDTHS), (&walk, Params::DEFAULT)];
+    let go1 = go1();
+    cases.extend(go1.iter().map(|go1| (go1, Params::PAPER_GO1)));
+    for (recording, params) in cases {
+        let expected = bits(&estimates(recording, Mounting::IDENTITY, &params));
+        for mounting in mountings() {
+            let mut back = mountings().into_iter();
+            let back = back.find(|back| then(back, &mounting) == Mounting::IDENTITY);
+            let back = back.expect("each way has a way back");
+            let turned = recorded_by(recording, |vector| back.turn(vector));
+            let found = bits(&estimates(&turned, mounting, &params));
+            let difference = found.iter().zip(&expected).find(|(a, b)| a != b);
+            assert_eq!(difference, None, "{mounting}");
+            assert_eq!(found.len(), expected.len());
+        }
+    }
+}
+
+/// The largest differences of P, in all, tangential and vertical.
+fn differences(found: &[ContactEstimate], expected: &[ContactEstimate]) -> [f32; 3] {
+    let mut largest = [0.0_f32; 3];
+    for (found, expected) in found.iter().zip(expected) {
+        let [found, expected] = [found, expected].map(|e| {
+            let p = e.probabilities;
+            [p.stable, p.tangential, p.vertical]
+        });
+        for (largest, (a, b)) in largest.iter_mut().zip(found.iter().zip(expected)) {
+            *largest = largest.max((a - b).abs());
+        }
+    }
+    largest
+}
+
+#[test]
+fn with_its_quaternion_a_sensor_that_lies_askew_gives_nearly_the_same() {
+    let walk = walk();
+    for text in ["0.8,0.6,0,0", "0.1,-0.7,0.5,0.5", "0.3,0.2,-0.9,0.24494897"] {
+        let mounting = mounting(text);
+        let rotation = rotation(&mounting);
+        let turned = recorded_by(&walk, |v| {
+            let turned = rotation.to_sensor(Vector::new(v.x.into(), v.y.into(), v.z.into()));
+            let [x, y, z] = turned.to_array().map(|part| part as f32);
+            Vec3::new(x, y, z)
+        });
+        for params in [HALF_WIDTHS, Params::DEFAULT] {
+            let expected = estimates(&walk, Mounting::IDENTITY, &params);
+            let found = differences(&estimates(&turned, mounting, &params), &expected);
+            println!("{text}, {:?}: {found:?}", params.method);
+            assert!(
+                found.into_iter().all(|difference| difference < 1e-4),
+                "{found:?}"
+            );
+        }
+        // Without it the parts are others.
+        let [_, tangential, vertical] = differences(
+            &estimates(&turned, Mounting::IDENTITY, &HALF_WIDTHS),
+            &estimates(&walk, Mounting::IDENTITY, &HALF_WIDTHS),
+        );
+        assert!(tangential.max(vertical) > 0.5, "{tangential}, {vertical}");
+    }
+}
+
+/// A foot that slides level, and the same that is lifted and set down, at 1 kHz.
+fn shaken(along: Vec3) -> Recording {
+    let mut recording = walk();
+    recording.samples.truncate(4000);
+    for (k, sample) in recording.samples.iter_mut().enumerate() {
+        let shake = if k < 2000 {
+            0.0
+        } else {
+            3.0 * (0.05 * k as f32).sin()
+        };
+        let up = Vec3::new(0.0, 0.0, estimator_core::params::STANDARD_GRAVITY);
+        sample.imu.specific_force = SpecificForce(up + along * shake);
+        sample.imu.angular_rate = AngularRate(Vec3::ZERO);
+    }
+    recording
+}
+
+#[test]
+fn tangential_and_vertical_mean_what_they_say_on_a_sensor_on_its_side() {
+    let mounting = mounting("x,-z,y");
+    // From the foot to the sensor.
+    let back = |v: Vec3| Vec3::new(v.x, v.z, -v.y);
+    for params in [HALF_WIDTHS, Params::DEFAULT] {
+        for (along, is_tangential) in [
+            (Vec3::new(0.0, 1.0, 0.0), true),
+            (Vec3::new(0.0, 0.0, 1.0), false),
+        ] {
+            let estimates = estimates(&recorded_by(&shaken(along), back), mounting, &params);
+            let last = estimates.last().expect("estimates").probabilities;
+            let (moves, rests) = match is_tangential {
+                true => (last.tangential, last.vertical),
+                false => (last.vertical, last.tangential),
+            };
+            assert!(moves < 0.3 && rests > 0.8, "{:?}: {last:?}", params.method);
+        }
+    }
+}
