@@ -7,8 +7,8 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Params, WindowLength};
 use recordings::input::{
-    BagOptions, Correction, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times, Topics,
-    Units,
+    BagOptions, Correction, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times,
+    Topics, Units,
 };
 use recordings::plausible::Finding;
 
