@@ -160,7 +160,7 @@ mod tests {
                 angular_rate: AngularRate(Vec3::new(value / 3.0, f32::INFINITY, 1.0e-40)),
                 validity: VALIDITIES[k as usize % VALIDITIES.len()].1,
             },
-            load: (k % 2 == 0).then_some(Load(0.1 * value)),
+            load: k.is_multiple_of(2).then_some(Load(0.1 * value)),
             label: [None, Some(Label::Stable), Some(Label::NotStable)][k as usize % 3],
         }
     }

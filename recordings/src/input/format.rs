@@ -19,7 +19,7 @@ pub enum Format {
     Parquet,
     /// `sensor_msgs/msg/Imu` of ROS 2 in MCAP.
     Mcap,
-    /// The same in the SQLite of a rosbag2, or the folder of a rosbag2.
+    /// The same in the `SQLite` of a rosbag2, or the folder of a rosbag2.
     Rosbag2,
 }
 

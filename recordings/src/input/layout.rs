@@ -16,6 +16,9 @@ pub(super) const NANOSECONDS: &str = "t.nanosec";
 /// A table with this many words in its first row has a header, whatever they mean.
 const LEAST_WORDS: usize = 6;
 
+/// How many axes a recording has.
+const AXES: usize = 6;
+
 /// What blank cells of an axis are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Blanks {
@@ -295,7 +298,8 @@ pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Sugge
     if found.iter().any(|(ours, _)| is_axis(ours)) {
         return Some(Suggestion::Meant(Mapping::from_pairs(found)));
     }
-    example(&wanted, &names)
+    // One axis that is missing is no matter of how a mapping is written.
+    (missing.len() == AXES).then(|| example(&wanted, &names))?
 }
 
 /// How a mapping is written that takes the first columns of a file for ours, where they have names.

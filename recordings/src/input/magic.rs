@@ -40,7 +40,7 @@ pub enum Foreign {
     ULog,
     /// A log of `ArduPilot`.
     DataFlash,
-    /// SQLite without the tables of a rosbag2.
+    /// `SQLite` without the tables of a rosbag2.
     Sqlite,
     /// JSON.
     Json,

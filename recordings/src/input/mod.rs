@@ -149,7 +149,7 @@ impl Opened {
         self.check_options(hints)?;
         let format = self.format;
         match self.source {
-            Source::Table(table) => Ok(vec![read_table(table, format, hints)?]),
+            Source::Table(table) => Ok(vec![read_table(*table, format, hints)?]),
             Source::Container(container) => read_container(container, hints),
         }
     }
@@ -224,7 +224,7 @@ impl Opened {
             }
         };
         let mut orientations = Orientations::default();
-        let stored = csv::read(table, hints, &mut orientations)?;
+        let stored = csv::read(*table, hints, &mut orientations)?;
         if orientations.rows.iter().all(Option::is_none) {
             return Err(InputError::NoOrientation { file });
         }

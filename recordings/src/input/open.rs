@@ -15,7 +15,7 @@ use super::table::{Table, recording_name};
 
 /// What was opened.
 pub(super) enum Source {
-    Table(Table),
+    Table(Box<Table>),
     Container(Container),
 }
 
@@ -132,7 +132,7 @@ impl Source {
 
 /// What a file turned out to be.
 enum Opened {
-    Table(Table),
+    Table(Box<Table>),
     Parts(Format, Vec<Part>),
     Foreign(magic::Foreign),
 }
@@ -160,7 +160,7 @@ impl Opened {
         match known {
             None => {
                 let table = Table::of(path.display().to_string(), recording_name(path), text)?;
-                Ok(Self::Table(table))
+                Ok(Self::Table(Box::new(table)))
             }
             Some(Known::Foreign(kind)) => Ok(Self::Foreign(kind)),
             // What cannot be read is not copied, either.

@@ -66,7 +66,10 @@ pub enum ContainerError {
         format: Format,
     },
     /// It is not in the format that was given.
-    #[error("{file} is {}, but was given as --format {given}", found.map_or("no such file", Format::name))]
+    #[error(
+        "{file} is {}, but was given as --format {given}",
+        found.map_or("a table or of no kind that is known", Format::name)
+    )]
     OtherFormat {
         /// The file, as it was named.
         file: String,
@@ -169,8 +172,10 @@ pub enum ContainerError {
     },
     /// There are not as many loads as feet.
     #[error(
-        "{file}: {} loads for {} feet: give --load-topic once for each of {}",
-        loads.len(), feet.len(), listed(feet)
+        "{file}: there are loads for {} of {} feet: give --load-topic once for each of {}",
+        loads.len(),
+        feet.len(),
+        listed(feet)
     )]
     LoadCount {
         /// The file, as it was named.

@@ -110,7 +110,7 @@ impl Rows {
             start_us: now_us,
             newest_us: now_us,
         });
-        if self.spool.len() > 0 {
+        if !self.spool.is_empty() {
             let previous_us = clock.newest_us;
             if now_us <= previous_us {
                 return Err(NotAfter { previous_us });

@@ -4,8 +4,8 @@
 /// `fl_foot` and `fr_foot` for `/fl_foot/imu` and `/fr_foot/imu`.
 pub(super) fn names(topics: &[String]) -> Vec<String> {
     let whole: Vec<&str> = topics.iter().map(|topic| topic.trim_matches('/')).collect();
-    let start = common(&whole, |a, b| common_start(a, b));
-    let end = common(&whole, |a, b| common_end(a, b));
+    let start = common(&whole, common_start);
+    let end = common(&whole, common_end);
     let short = whole.iter().map(|topic| {
         let end = topic.len() - end;
         topic

@@ -2,7 +2,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | messages of all topics: MCAP, the SQLite of a rosbag2 | `storage`; `mcap`, `rosbag2` |
+//! | messages of all topics: MCAP, the `SQLite` of a rosbag2 | `storage`; `mcap`, `rosbag2` |
 //! | bytes become a message | `cdr`, `messages` |
 //! | the messages of a topic become the rows of a foot | `feed` |
 //! | the load of a foot is that of another topic | `load` |

@@ -1,4 +1,4 @@
-//! The SQLite of a rosbag2: the tables `topics` and `messages`. Source: `sqlite_storage.cpp` of
+//! The `SQLite` of a rosbag2: the tables `topics` and `messages`. Source: `sqlite_storage.cpp` of
 //! <https://github.com/ros2/rosbag2>.
 
 use std::collections::HashMap;
@@ -82,7 +82,7 @@ pub(super) fn visit(
     }
 }
 
-/// A copy of a file that ends within a page, without that page: SQLite would fill it with zeros, and
+/// A copy of a file that ends within a page, without that page: `SQLite` would fill it with zeros, and
 /// with them the messages that it holds. `None` where the file is whole. Source:
 /// <https://www.sqlite.org/fileformat.html>, section 1.3.2.
 fn whole_pages(path: &Path) -> io::Result<Option<TempPath>> {

@@ -528,7 +528,7 @@ fn loads_without_stamps_are_found_by_the_log_and_belong_to_the_feet_in_order() {
     }
     assert_eq!(
         why(open(&bytes, &with_loads(topics(&["all"]), &["/load/a"]))),
-        ": 1 loads for 2 feet: give --load-topic once for each of /imu/fl, /imu/fr"
+        ": there are loads for 1 of 2 feet: give --load-topic once for each of /imu/fl, /imu/fr"
     );
     let one = |load| open(&bytes, &with_loads(topics(&["/imu/fl"]), &[load]));
     assert_eq!(
@@ -782,6 +782,12 @@ fn options_of_tables_and_formats_of_others_are_refused() {
     assert_eq!(
         why(given(Format::Rosbag2)),
         " is mcap, but was given as --format rosbag2"
+    );
+    let mut table = tempfile::NamedTempFile::new().unwrap();
+    table.write_all(b"t,ax,ay,az,wx,wy,wz\n").unwrap();
+    assert_eq!(
+        why(Opened::new(table.path(), Some(Format::Mcap))),
+        " is a table or of no kind that is known, but was given as --format mcap"
     );
     let said = why(open(
         b"t,ax,ay,az,wx,wy,wz\n0,0,0,0,0,0,0\n",
