@@ -13,7 +13,6 @@ use std::ops::Range;
 use estimator_core::{ContactEstimate, Decision, Phase};
 use recordings::events::{Event, Kind};
 use recordings::input::About;
-use recordings::output::decision_name;
 use recordings::recording::{Label, RecordedSample};
 
 use super::decimate::{Stretching, Width};
@@ -36,6 +35,7 @@ const UPLOT_LICENCE: &str = include_str!("uplot/LICENSE");
 
 /// The names of decisions and labels by their codes in the page.
 const DECISIONS: [Decision; 2] = [Decision::NotStable, Decision::Stable];
+const DECISION_NAMES: [&str; 2] = ["not_stable", "stable"];
 const LABELS: [Option<Label>; 3] = [None, Some(Label::NotStable), Some(Label::Stable)];
 const LABEL_NAMES: [&str; 3] = ["unknown", "not_stable", "stable"];
 
@@ -198,7 +198,7 @@ fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
          \"groups\":[",
         json_string(title),
         pack::names(Phase::ALL.map(Phase::name)),
-        pack::names(DECISIONS.map(decision_name)),
+        pack::names(DECISION_NAMES),
         pack::names(LABEL_NAMES),
         pack::names(Kind::ALL.map(Kind::name)),
     )?;

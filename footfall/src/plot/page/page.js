@@ -123,7 +123,7 @@
   });
 
   const options = (foot, group, height, last, hooks) => ({
-    width: 600, height: height + (last ? 36 : 0), padding: [6, 12, 0, 0],
+    width: 600, height: height + (last ? 36 : 0), padding: [6, 24, 0, 0],
     legend: { show: false },
     scales: { x: { time: false, range: () => group.range }, y: { auto: false } },
     cursor: {
@@ -172,10 +172,10 @@
   };
 
   // Where a touch-down or lift-off was: a triangle that points down or up.
-  const triangle = (context, x, middle, half, up) => {
+  const triangle = (context, x, middle, half, wide, up) => {
     context.moveTo(x, middle + (up ? -half : half));
-    context.lineTo(x - half, middle + (up ? half : -half));
-    context.lineTo(x + half, middle + (up ? half : -half));
+    context.lineTo(x - wide, middle + (up ? half : -half));
+    context.lineTo(x + wide, middle + (up ? half : -half));
     context.closePath();
   };
   const drawTracks = (foot) => (chart) => clipped(chart, (left, top, width, height) => {
@@ -190,9 +190,11 @@
     context.beginPath();
     const { min, max } = chart.scales.x;
     const count = { touch_down: 0, lift_off: 0 };
-    for (const event of foot.events) {
-      if (!(event.what in count) || event.at < min || event.at > max) continue;
-      triangle(context, chart.valToPos(event.at, "x", true), middle, half, event.what === "lift_off");
+    const inSight = foot.events.filter((event) => event.what in count && event.at >= min && event.at <= max);
+    // Where they are many they become thin.
+    const wide = Math.min(half, Math.max(0.5, width / (3 * inSight.length)));
+    for (const event of inSight) {
+      triangle(context, chart.valToPos(event.at, "x", true), middle, half, wide, event.what === "lift_off");
       count[event.what] += 1;
     }
     context.fillStyle = colours.event;
@@ -240,7 +242,8 @@
     parts.push(counted(foot.counts.touch_down, "touch-down", "touch-downs"), counted(foot.counts.lift_off, "lift-off", "lift-offs"));
     const slips = counted(foot.counts.slip_start, "slip", "slips");
     const distance = foot.slips.reduce((sum, slip) => sum + (slip.distance || 0), 0);
-    parts.push(distance > 0 ? `${slips}, ${(1e3 * distance).toFixed(1)} mm together` : slips);
+    const together = distance < 1 ? `${(1e3 * distance).toFixed(1)} mm` : `${distance.toFixed(2)} m`;
+    parts.push(distance > 0 ? `${slips}, ${together} together` : slips);
     if (foot.left_out > 0) parts.push(`${grouped(foot.left_out)} more events in the table (--events)`);
     return parts.join(" · ");
   };
