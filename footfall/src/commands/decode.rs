@@ -8,7 +8,7 @@ use wire::NodeId;
 
 use crate::decode::feet::Name;
 use crate::decode::row::{write_header, write_row};
-use crate::decode::{self, DecodeError, Feet, Outcome, Report};
+use crate::decode::{self, DecodeError, Feet, Outcome};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages;
