@@ -427,4 +427,21 @@ mod tests {
         filter.update(&sample(50 * 102, LEVEL, Validity::Valid));
         assert_eq!(filter.alignment(), Alignment::Aligned);
     }
+
+    #[test]
+    fn a_bias_beyond_what_can_be_learnt_is_reported_and_a_usual_one_is_not() {
+        for (rate, reported) in [(1.0, false), (30.0, true)] {
+            let turning = AngularRate(Vec3::new(0.0, 0.0, rate * DEGREE));
+            let mut filter = filter();
+            for ms in 0..8_000 {
+                filter.update(&ImuSample {
+                    angular_rate: turning,
+                    ..sample(ms, LEVEL, Validity::Valid)
+                });
+            }
+            let excess = filter.excess_bias().map(|excess| excess.0.z / DEGREE);
+            assert_eq!(excess.is_some(), reported, "{excess:?}");
+            assert!(excess.is_none_or(|excess| (excess - rate).abs() < 0.01));
+        }
+    }
 }

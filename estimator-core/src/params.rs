@@ -199,4 +199,25 @@ mod tests {
             assert!(difference.abs() < 1.0e-5, "{found} for {expected}");
         }
     }
+
+    #[test]
+    fn gravities_and_degrees_of_the_presets_are_in_si_units() {
+        let near = |found: f32, expected: f32| {
+            assert!(
+                (found / expected - 1.0).abs() < 1.0e-5,
+                "{found} for {expected}"
+            );
+        };
+        // 2 mg and 0.07 °/s; 24.67 mg and 1 °/s.
+        near(Params::DEFAULT.bandwidth.ax, 0.019_613_3);
+        near(Params::DEFAULT.bandwidth.wx, 0.001_221_73);
+        near(Params::PAPER_GO1.bandwidth.ax, 0.241_930);
+        near(Params::PAPER_GO1.bandwidth.wx, 0.017_453_3);
+        // 25 mg and 3 °/s; 2 °/s and 6 °/s.
+        let attitude = AttitudeParams::DEFAULT;
+        near(attitude.quiet_acceleration, 0.245_166);
+        near(attitude.quiet_rate, 0.052_359_9);
+        near(attitude.rest.rate, 0.034_906_6);
+        near(attitude.rest.bias_limit, 0.104_719_8);
+    }
 }

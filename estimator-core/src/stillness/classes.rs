@@ -639,4 +639,15 @@ mod tests {
         let learnt = learner.learnt(&coefficients());
         assert_eq!(learnt.validate(), Ok(()), "{learnt:?}");
     }
+
+    #[test]
+    fn motion_is_learnt_as_the_mean_over_its_seconds_and_the_priors() {
+        let mut learner = Learner::new(&coefficients(), None);
+        let prior = coefficients().quantities.acceleration.prior.moving;
+        feed(&mut learner, prior + 1.0, 0.0, 0.4);
+        let moved = learner.learnt(&coefficients()).acceleration.moving - prior;
+        // The prior weighs like seconds of its own.
+        let expected = 0.4 / (0.4 + StillnessParams::DEFAULT.prior);
+        assert!((moved - expected).abs() < 0.01, "{moved} for {expected}");
+    }
 }
