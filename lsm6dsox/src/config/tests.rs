@@ -85,6 +85,18 @@ fn what_the_part_does_not_have_is_refused_with_the_name_of_the_field() {
 }
 
 #[test]
+fn a_fifo_may_hold_one_sensor_alone() {
+    for (accel, gyro) in [(true, false), (false, true)] {
+        let fifo = FifoParams {
+            accel,
+            gyro,
+            ..FIFO
+        };
+        assert_eq!(refused(|p| p.fifo = Some(fifo)), "");
+    }
+}
+
+#[test]
 fn the_message_names_the_field_and_the_problem() {
     let mut params = Params::FRESH_KILOHERTZ;
     params.gyro.odr = Odr::Hz1_6;
