@@ -749,6 +749,15 @@ mod tests {
     }
 
     #[test]
+    fn the_uart_has_the_rate_that_is_set() {
+        let mut settings = Settings::default();
+        assert_eq!(settings.uart_rate(), 1_000_000);
+        let rate = Address::new(index::UART_RATE, 0);
+        assert_eq!(settings.set(rate, Value::U32(115_200)), Ok(()));
+        assert_eq!(settings.uart_rate(), 115_200);
+    }
+
+    #[test]
     fn what_is_sent_fits_the_bit_rate() {
         let rate = Address::new(index::CAN_BIT_RATE, 0);
         let timer = |pdo: Pdo| Address::new(index::TPDO + pdo as u16, 5);
