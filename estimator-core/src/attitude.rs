@@ -296,6 +296,16 @@ mod tests {
     }
 
     #[test]
+    fn a_force_that_no_sensor_measures_changes_nothing_whatever_is_said_of_it() {
+        for x in [f32::NAN, f32::INFINITY, 1.0e6] {
+            let mut filter = settled();
+            let before = filter.orientation();
+            filter.update(&sample(1_000, Vec3::new(x, 0.0, 0.0), Validity::Valid));
+            assert_eq!(filter.orientation(), before, "{x}");
+        }
+    }
+
+    #[test]
     fn a_clipped_force_is_never_used() {
         let push = Vec3::new(156.9, 0.0, 156.9);
         let clipped = Validity::Saturated(Saturation::Accelerometer);

@@ -562,6 +562,22 @@ mod tests {
     }
 
     #[test]
+    fn a_force_that_no_sensor_measures_moves_neither_up_nor_the_motion() {
+        for x in [f32::NAN, f32::INFINITY, 1.0e6] {
+            let mut estimator = estimator(&Params::DEFAULT);
+            let before = lying(&mut estimator, 0, 1_000);
+            let sample = ImuSample {
+                specific_force: SpecificForce(Vec3::new(x, 0.0, 0.0)),
+                ..at_rest(1_000_000)
+            };
+            let estimate = estimator.update(&sample, None);
+            assert!(estimate.flags.contains(Flag::InvalidSample), "{x}");
+            assert_eq!(estimate.orientation, before.orientation, "{x}");
+            assert_eq!(estimate.linear_acceleration, LinearAcceleration::default());
+        }
+    }
+
+    #[test]
     fn a_gap_in_which_the_foot_may_have_turned_brings_back_the_search_for_up() {
         let mut estimator = estimator(&Params::DEFAULT);
         lying(&mut estimator, 0, 1_000);

@@ -201,6 +201,26 @@ mod tests {
     }
 
     #[test]
+    fn the_papers_presets_differ_from_the_default_where_the_paper_does() {
+        let (atlas, go1) = (Params::PAPER, Params::PAPER_GO1);
+        assert_eq!([atlas.sample_rate, go1.sample_rate], [1000.0, 250.0]);
+        assert_eq!(
+            [atlas.gravity, go1.gravity],
+            [Gravity::Removed, Gravity::Included]
+        );
+        assert_eq!(atlas.bandwidth, PerAxis::by_sensor(0.024_67, 0.016_53));
+        assert_eq!(atlas.half_width, PerAxis::by_sensor(0.4, 0.04));
+        for (preset, on, off) in [(atlas, 160.0, 80.0), (go1, 150.0, 90.0)] {
+            assert_eq!(preset.method, Method::HalfWidths);
+            assert_eq!(preset.window, WindowLength::Samples(50));
+            assert_eq!(
+                (preset.load.on_threshold, preset.load.off_threshold),
+                (on, off)
+            );
+        }
+    }
+
+    #[test]
     fn gravities_and_degrees_of_the_presets_are_in_si_units() {
         let near = |found: f32, expected: f32| {
             assert!(
