@@ -650,4 +650,37 @@ mod tests {
         let expected = 0.4 / (0.4 + StillnessParams::DEFAULT.prior);
         assert!((moved - expected).abs() < 0.01, "{moved} for {expected}");
     }
+
+    #[test]
+    fn classes_are_kept_apart_whatever_is_given_and_whatever_is_fed() {
+        let together = Classes {
+            still: -1.0,
+            moving: -1.0,
+            width: 0.3,
+        };
+        let given = Learnt {
+            acceleration: together,
+            rate: together,
+            velocity: together,
+            ..Learnt::default()
+        };
+        let mut learner = Learner::new(&coefficients(), Some(given));
+        for _ in 0..2 {
+            let Learnt {
+                acceleration,
+                rate,
+                velocity,
+                ..
+            } = learner.learnt(&coefficients());
+            for classes in [acceleration, rate, velocity] {
+                let distance = classes.moving - classes.still;
+                assert!((distance - LEAST_DISTANCE).abs() < 1.0e-5, "{distance}");
+            }
+            // All of it at one amplitude.
+            for _ in 0..20 {
+                feed(&mut learner, -1.0, 0.0, 0.3);
+                feed(&mut learner, -1.0, 1.0, 0.3);
+            }
+        }
+    }
 }
