@@ -755,3 +755,16 @@ fn a_clock_that_changes_its_rate_gives_no_sample_twice() {
     part.inject(PartFault::ClockRatio(0.5));
     assert!(words_in(10).abs_diff(before / 2) <= 3, "{before}");
 }
+
+#[test]
+fn a_timestamp_runs_on_from_where_it_is_when_the_clock_changes() {
+    let part = part(QUIET);
+    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+    part.advance_by(1_000 * MILLISECOND);
+    let before = sensor.timestamp().unwrap();
+    part.inject(PartFault::ClockRatio(0.5));
+    part.advance_by(10 * MILLISECOND);
+    // 25 µs a step, at half the rate.
+    let steps = sensor.timestamp().unwrap().steps_since(before);
+    assert!(steps.abs_diff(200) <= 6, "{steps}");
+}
