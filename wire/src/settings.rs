@@ -765,6 +765,12 @@ mod tests {
         assert_eq!(longest_frame(8), 135);
         // 1211 frames and two heartbeats a second.
         assert_eq!(settings.worst_load(), 135 * 1211 + 2 * longest_frame(1));
+        // Fifty frames a second become one with every fourth of 100 SYNCs.
+        let mut tied = settings.clone();
+        let kind = Address::new(index::TPDO + Pdo::Axes as u16, 2);
+        let before = tied.worst_load();
+        assert_eq!(tied.set(kind, Value::U8(4)), Ok(()));
+        assert_eq!(tied.worst_load() + 135 * 50, before + 135 * 25);
         for (bit_rate, result) in [
             (500, Ok(())),
             (250, Ok(())),
