@@ -768,3 +768,64 @@ fn a_timestamp_runs_on_from_where_it_is_when_the_clock_changes() {
     let steps = sensor.timestamp().unwrap().steps_since(before);
     assert!(steps.abs_diff(200) <= 6, "{steps}");
 }
+
+#[test]
+fn a_default_part_passes_its_self_test() {
+    let part = part(PartOptions::DEFAULT);
+    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+    assert!(sensor.self_test(&mut part.delay()).unwrap().passed());
+}
+
+#[test]
+fn a_byte_takes_as_long_as_eight_clocks_and_a_reset_its_time() {
+    let part = part(PartOptions {
+        byte_time_ns: 800,
+        ..QUIET
+    });
+    part.advance_by(10 * MILLISECOND);
+    let takes = || {
+        let begin = part.now_ns();
+        let value = register(&part, register::WHO_AM_I);
+        (part.now_ns() - begin, value)
+    };
+    assert_eq!(takes(), (2 * 800, 0x6C));
+    for (hertz, byte_ns) in [(5_000_000, 1_600), (0, 1_600), (10_000_000, 800)] {
+        part.with(|part| part.set_bus_clock(hertz));
+        assert_eq!(takes().0, 2 * byte_ns, "{hertz}");
+    }
+    // Until it is over, nothing answers.
+    write(&part, register::CTRL3_C, 0x84);
+    assert_eq!(takes().1, 0);
+    part.advance_by(10 * MILLISECOND);
+    assert_eq!(takes().1, 0x6C);
+}
+
+#[test]
+fn a_fifo_takes_temperatures_at_each_of_their_rates() {
+    // 1.6, 12.5 and 52 Hz, nominally.
+    for (code, words) in [(0, 0), (1, 16), (2, 130), (3, 521)] {
+        let part = part(QUIET);
+        let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+        write(&part, register::FIFO_CTRL4, 0x06 | code << 4);
+        let mut buffer = [[0; 7]; 512];
+        let mut found = 0;
+        for _ in 0..100 {
+            part.advance_by(100 * MILLISECOND);
+            found += sensor.read_fifo(&mut buffer).unwrap().bytes.len();
+        }
+        assert!(found.abs_diff(words) <= 2, "{code}: {found}");
+    }
+}
+
+#[test]
+fn a_storm_of_edges_lifts_the_pin_for_half_of_its_period() {
+    let part = part(QUIET);
+    sensor(&part, Config::FRESH_KILOHERTZ);
+    part.inject(PartFault::DataReadyStorm { period_ns: 10_000 });
+    let high = (0..1_000).filter(|_| {
+        part.advance_by(100);
+        part.pin_is_high(Pin::Int1)
+    });
+    let high = high.count();
+    assert!(high.abs_diff(500) <= 5, "{high}");
+}
