@@ -296,6 +296,16 @@ mod tests {
     }
 
     #[test]
+    fn a_force_that_no_sensor_measures_changes_nothing_whatever_is_said_of_it() {
+        for x in [f32::NAN, f32::INFINITY, 1.0e6] {
+            let mut filter = settled();
+            let before = filter.orientation();
+            filter.update(&sample(1_000, Vec3::new(x, 0.0, 0.0), Validity::Valid));
+            assert_eq!(filter.orientation(), before, "{x}");
+        }
+    }
+
+    #[test]
     fn a_clipped_force_is_never_used() {
         let push = Vec3::new(156.9, 0.0, 156.9);
         let clipped = Validity::Saturated(Saturation::Accelerometer);
@@ -426,5 +436,22 @@ mod tests {
         }
         filter.update(&sample(50 * 102, LEVEL, Validity::Valid));
         assert_eq!(filter.alignment(), Alignment::Aligned);
+    }
+
+    #[test]
+    fn a_bias_beyond_what_can_be_learnt_is_reported_and_a_usual_one_is_not() {
+        for (rate, reported) in [(1.0, false), (30.0, true)] {
+            let turning = AngularRate(Vec3::new(0.0, 0.0, rate * DEGREE));
+            let mut filter = filter();
+            for ms in 0..8_000 {
+                filter.update(&ImuSample {
+                    angular_rate: turning,
+                    ..sample(ms, LEVEL, Validity::Valid)
+                });
+            }
+            let excess = filter.excess_bias().map(|excess| excess.0.z / DEGREE);
+            assert_eq!(excess.is_some(), reported, "{excess:?}");
+            assert!(excess.is_none_or(|excess| (excess - rate).abs() < 0.01));
+        }
     }
 }

@@ -544,6 +544,40 @@ mod tests {
     }
 
     #[test]
+    fn a_rate_at_rest_that_is_no_bias_is_reported_where_gravity_is_included() {
+        for (params, reported) in [(Params::DEFAULT, true), (GRAVITY_FREE, false)] {
+            let mut estimator = estimator(&params);
+            for ms in 0..6_000 {
+                let sample = ImuSample {
+                    specific_force: SpecificForce(Vec3::new(0.0, 0.0, STANDARD_GRAVITY)),
+                    angular_rate: AngularRate(Vec3::new(0.0, 0.0, 0.5)),
+                    ..at_rest(ms * 1000)
+                };
+                estimator.update(&sample, None);
+            }
+            let excess = estimator.excess_bias().map(|rate| rate.0.z);
+            assert_eq!(excess.is_some(), reported, "{excess:?}");
+            assert!(excess.is_none_or(|rate| (rate - 0.5).abs() < 1.0e-3));
+        }
+    }
+
+    #[test]
+    fn a_force_that_no_sensor_measures_moves_neither_up_nor_the_motion() {
+        for x in [f32::NAN, f32::INFINITY, 1.0e6] {
+            let mut estimator = estimator(&Params::DEFAULT);
+            let before = lying(&mut estimator, 0, 1_000);
+            let sample = ImuSample {
+                specific_force: SpecificForce(Vec3::new(x, 0.0, 0.0)),
+                ..at_rest(1_000_000)
+            };
+            let estimate = estimator.update(&sample, None);
+            assert!(estimate.flags.contains(Flag::InvalidSample), "{x}");
+            assert_eq!(estimate.orientation, before.orientation, "{x}");
+            assert_eq!(estimate.linear_acceleration, LinearAcceleration::default());
+        }
+    }
+
+    #[test]
     fn a_gap_in_which_the_foot_may_have_turned_brings_back_the_search_for_up() {
         let mut estimator = estimator(&Params::DEFAULT);
         lying(&mut estimator, 0, 1_000);

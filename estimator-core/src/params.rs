@@ -199,4 +199,45 @@ mod tests {
             assert!(difference.abs() < 1.0e-5, "{found} for {expected}");
         }
     }
+
+    #[test]
+    fn the_papers_presets_differ_from_the_default_where_the_paper_does() {
+        let (atlas, go1) = (Params::PAPER, Params::PAPER_GO1);
+        assert_eq!([atlas.sample_rate, go1.sample_rate], [1000.0, 250.0]);
+        assert_eq!(
+            [atlas.gravity, go1.gravity],
+            [Gravity::Removed, Gravity::Included]
+        );
+        assert_eq!(atlas.bandwidth, PerAxis::by_sensor(0.024_67, 0.016_53));
+        assert_eq!(atlas.half_width, PerAxis::by_sensor(0.4, 0.04));
+        for (preset, on, off) in [(atlas, 160.0, 80.0), (go1, 150.0, 90.0)] {
+            assert_eq!(preset.method, Method::HalfWidths);
+            assert_eq!(preset.window, WindowLength::Samples(50));
+            assert_eq!(
+                (preset.load.on_threshold, preset.load.off_threshold),
+                (on, off)
+            );
+        }
+    }
+
+    #[test]
+    fn gravities_and_degrees_of_the_presets_are_in_si_units() {
+        let near = |found: f32, expected: f32| {
+            assert!(
+                (found / expected - 1.0).abs() < 1.0e-5,
+                "{found} for {expected}"
+            );
+        };
+        // 2 mg and 0.07 °/s; 24.67 mg and 1 °/s.
+        near(Params::DEFAULT.bandwidth.ax, 0.019_613_3);
+        near(Params::DEFAULT.bandwidth.wx, 0.001_221_73);
+        near(Params::PAPER_GO1.bandwidth.ax, 0.241_930);
+        near(Params::PAPER_GO1.bandwidth.wx, 0.017_453_3);
+        // 25 mg and 3 °/s; 2 °/s and 6 °/s.
+        let attitude = AttitudeParams::DEFAULT;
+        near(attitude.quiet_acceleration, 0.245_166);
+        near(attitude.quiet_rate, 0.052_359_9);
+        near(attitude.rest.rate, 0.034_906_6);
+        near(attitude.rest.bias_limit, 0.104_719_8);
+    }
 }

@@ -175,3 +175,55 @@ impl Density<AnyRing> {
         self.window.filling()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Params;
+    use crate::vector::Vec3;
+
+    fn estimator() -> DensityEstimator<64> {
+        DensityEstimator::new(&Params::PAPER.validate().expect("a preset"))
+    }
+
+    #[test]
+    fn each_direction_is_the_product_of_its_axes_and_the_total_that_of_both() {
+        let axes = PerAxis::from_array([0.9, 0.8, 0.7, 0.6, 0.5, 0.4]);
+        let p = Probabilities::from_axes(axes);
+        for (found, expected) in [
+            (p.tangential, 0.9 * 0.8 * 0.4),
+            (p.vertical, 0.7 * 0.6 * 0.5),
+            (p.stable, 0.9 * 0.8 * 0.7 * 0.6 * 0.5 * 0.4),
+        ] {
+            assert!((found - expected).abs() < 1.0e-6, "{found} for {expected}");
+        }
+    }
+
+    #[test]
+    fn an_axis_that_moves_is_the_one_whose_probability_falls() {
+        for axis in 0..6 {
+            let mut motion = [0.0; 6];
+            motion[axis] = 10.0;
+            let [ax, ay, az, wx, wy, wz] = motion;
+            let p = estimator().push(
+                LinearAcceleration(Vec3::new(ax, ay, az)),
+                AngularRate(Vec3::new(wx, wy, wz)),
+            );
+            for (other, p) in p.axes.to_array().into_iter().enumerate() {
+                // A kernel that is not narrow beside its interval leaves a little outside.
+                assert_eq!(p > 0.98, other != axis, "{axis}, {other}: {p}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_doubtful_sample_halves_what_one_at_rest_gave() {
+        let mut estimator = estimator();
+        assert_eq!(estimator.probabilities().stable, 0.0);
+        let (still, no_turn) = (LinearAcceleration::default(), AngularRate::default());
+        let at_rest = estimator.push(still, no_turn);
+        let doubtful = estimator.push_doubt();
+        assert_eq!(doubtful.axes.ax, 0.5 * at_rest.axes.ax);
+        assert_eq!(estimator.probabilities(), doubtful);
+    }
+}

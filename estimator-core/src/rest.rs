@@ -522,4 +522,41 @@ mod tests {
         feed(&mut estimator, 1.5, 20.0);
         assert_near(feed(&mut estimator, 0.0, 600.0), 0.0, 0.02);
     }
+
+    #[test]
+    fn before_any_rest_a_bias_is_what_the_inclination_is_corrected_against_up_to_the_limit() {
+        let mut estimator = estimator();
+        // A rate about x of 2 °/s tilts by so much in a millisecond, and is corrected by the opposite.
+        let turn = Vec3::new(-2.0 * DEGREE * DT, 0.0, 0.0);
+        (0..1_000).for_each(|_| estimator.follow(turn));
+        assert_near(
+            estimator.bias().x / DEGREE,
+            2.0 / UNRESTED_TIME_CONSTANT,
+            1.0e-3,
+        );
+        assert!(!estimator.is_known());
+        (0..100_000).for_each(|_| estimator.follow(turn));
+        assert_near(estimator.bias().x / DEGREE, 6.0, 1.0e-3);
+        (0..100_000).for_each(|_| estimator.follow(-turn));
+        assert_near(estimator.bias().x / DEGREE, -6.0, 1.0e-3);
+    }
+
+    #[test]
+    fn a_known_bias_follows_with_its_time_constant_behind_that_of_the_mean() {
+        let mut estimator = estimator();
+        feed(&mut estimator, 0.1, 10.0);
+        // After one time constant of 4 s behind a mean of 0.5 s: 1 − (4/e − 0.5/e⁸)/3.5 of the way.
+        let moved = feed(&mut estimator, 0.3, RestParams::DEFAULT.bias_time_constant) - 0.1;
+        assert_near(moved, 0.2 * 0.5796, 0.001);
+    }
+
+    #[test]
+    fn a_bias_that_moved_by_half_a_degree_while_the_foot_walked_is_followed_in_the_next_rest() {
+        for (minutes, expected) in [(0, 0.1), (11, 0.6)] {
+            let mut estimator = estimator();
+            feed(&mut estimator, 0.1, 10.0);
+            (0..minutes * 60_000).for_each(|_| jolt(&mut estimator));
+            assert_near(feed(&mut estimator, 0.6, 25.0), expected, 0.03);
+        }
+    }
 }

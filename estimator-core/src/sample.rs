@@ -137,6 +137,14 @@ mod tests {
     }
 
     #[test]
+    fn a_time_is_given_back_and_there_is_none_since_a_later_one() {
+        let [first, second] = [7, 1_007].map(Timestamp::from_micros);
+        assert_eq!([first.as_micros(), second.as_micros()], [7, 1_007]);
+        assert_eq!(second.micros_since(first), Some(1_000));
+        assert_eq!(first.micros_since(second), None);
+    }
+
+    #[test]
     fn a_number_that_no_imu_can_produce_makes_the_sample_invalid() {
         for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0e30, -1.1e4] {
             assert_eq!(

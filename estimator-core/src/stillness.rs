@@ -536,4 +536,12 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    fn an_amplitude_is_a_natural_logarithm_that_the_floor_keeps_from_falling() {
+        let near = |found: f32, expected: f32| assert!((found - expected).abs() < 1.0e-5);
+        near(amplitude(4.0, 0.0), libm::logf(2.0));
+        near(amplitude(9.0, 16.0), libm::logf(5.0));
+        near(amplitude(0.0, 0.01), libm::logf(0.1));
+    }
 }

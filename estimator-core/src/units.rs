@@ -43,3 +43,27 @@ impl Unit {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_unit_has_a_symbol_of_its_own_and_a_ratio_has_none() {
+        let units = [
+            Unit::One,
+            Unit::Hertz,
+            Unit::Second,
+            Unit::MetrePerSecondSquared,
+            Unit::RadianPerSecond,
+            Unit::LoadSignal,
+            Unit::LogMetrePerSecondSquared,
+            Unit::LogRadianPerSecond,
+        ];
+        for unit in units {
+            let same = units.into_iter().filter(|u| u.symbol() == unit.symbol());
+            assert_eq!(same.count(), 1, "{unit:?}");
+        }
+        assert_eq!(Unit::One.symbol(), "");
+    }
+}

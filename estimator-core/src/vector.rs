@@ -330,4 +330,40 @@ mod tests {
             1e-5,
         );
     }
+
+    #[test]
+    fn the_three_units_multiply_as_hamilton_defined_it() {
+        let unit = |x: f32, y: f32, z: f32| Quaternion { w: 0.0, x, y, z };
+        let (i, j, k) = (
+            unit(1.0, 0.0, 0.0),
+            unit(0.0, 1.0, 0.0),
+            unit(0.0, 0.0, 1.0),
+        );
+        let negative = |q: Quaternion| q.scaled(-1.0);
+        for (a, b, product) in [(i, j, k), (j, k, i), (k, i, j)] {
+            assert_eq!(a.multiply(b), product);
+            assert_eq!(b.multiply(a), negative(product));
+            assert_eq!(a.multiply(a), negative(Quaternion::IDENTITY));
+            assert_eq!(a.multiply(Quaternion::IDENTITY), a);
+            assert_eq!(Quaternion::IDENTITY.multiply(a), a);
+        }
+    }
+
+    #[test]
+    fn any_length_becomes_one_and_none_becomes_the_identity() {
+        let long = Quaternion {
+            w: 1.0,
+            x: -2.0,
+            y: 3.0,
+            z: -4.0,
+        };
+        for factor in [1.0e-3, 1.0, 1.0e3] {
+            let unit = long.scaled(factor).normalised();
+            assert!((unit.norm_squared() - 1.0).abs() < 1.0e-6, "{unit:?}");
+            assert!((unit.z / unit.x - 2.0).abs() < 1.0e-6, "{unit:?}");
+        }
+        for nothing in [0.0, f32::INFINITY, f32::NAN] {
+            assert_eq!(long.scaled(nothing).normalised(), Quaternion::IDENTITY);
+        }
+    }
 }

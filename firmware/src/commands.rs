@@ -115,7 +115,9 @@ const fn respond(address: Address, answer: Answer) -> ConfigResponse {
 mod tests {
     use super::*;
     use std::vec::Vec;
-    use wire::uart::{ConfigGet, ContactMessage, encode};
+    use wire::Value;
+    use wire::node::Command;
+    use wire::uart::{ConfigGet, ConfigSet, ContactMessage, encode};
 
     const GET: ConfigGet = ConfigGet {
         address: Address::new(0x2010, 0),
@@ -154,5 +156,23 @@ mod tests {
             pushed(&mut receiver, sound.as_bytes()),
             [Input::Uart(UartRequest::Get(GET))]
         );
+    }
+
+    #[test]
+    fn each_kind_of_request_passes_as_it_was_sent() {
+        let set = ConfigSet {
+            address: GET.address,
+            value: Value::U16(7).into(),
+        };
+        let nmt = NmtRequest(Command::StartRemoteNode);
+        for (message, request) in [
+            (Message::ConfigGet(GET), UartRequest::Get(GET)),
+            (Message::ConfigSet(set), UartRequest::Set(set)),
+            (Message::Nmt(nmt), UartRequest::Nmt(nmt)),
+        ] {
+            let frame = encode(0, &message);
+            let inputs = pushed(&mut UartReceiver::new(), frame.as_bytes());
+            assert_eq!(inputs, [Input::Uart(request)]);
+        }
     }
 }

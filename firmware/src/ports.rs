@@ -197,4 +197,20 @@ mod tests {
         assert_eq!(ports.try_next_can(), Some(frame(3)));
         assert!(ports.can_is_empty());
     }
+
+    #[test]
+    fn a_call_ends_the_wait_of_both_tasks_that_empty_the_queues() {
+        use core::pin::pin;
+        use core::task::{Context, Waker};
+        let ports = Ports::new();
+        let are_ready = || {
+            let mut context = Context::from_waker(Waker::noop());
+            let can = pin!(ports.can_ready()).poll(&mut context).is_ready();
+            (can, pin!(ports.uart_ready()).poll(&mut context).is_ready())
+        };
+        assert_eq!(are_ready(), (false, false));
+        ports.call();
+        assert_eq!(are_ready(), (true, true));
+        assert_eq!(are_ready(), (false, false));
+    }
 }

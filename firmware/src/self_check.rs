@@ -290,6 +290,22 @@ mod tests {
         assert_eq!(is_set.method, Method::HalfWidths);
     }
 
+    // Where they are meant to change, the commit says why.
+    #[test]
+    fn both_methods_give_the_bits_that_were_pinned() {
+        for (name, params, pinned) in [
+            ("default", Params::DEFAULT, 0x2e41_75d5_3603_82fd),
+            ("paper", Params::PAPER, 0xd389_4648_02c7_e4b3),
+        ] {
+            let mut digests = Vec::new();
+            run(&params, |taken, digest| digests.push((taken, digest))).expect("a preset");
+            assert!(digests.is_sorted_by_key(|(taken, _)| *taken));
+            assert_eq!(digests.len(), (SAMPLES / CHECKPOINT) as usize);
+            let (_, found) = digests[digests.len() - 1];
+            assert_eq!(found, pinned, "{name}: {found:#018x} for {pinned:#018x}");
+        }
+    }
+
     #[test]
     fn one_bit_of_what_was_learnt_changes_the_digest() {
         let digest = |learnt: &Learnt| {

@@ -64,7 +64,8 @@ struct Lanes<
 /// twice at the same time.
 pub type Sink<T> = fn(&T) -> bool;
 
-/// Which slots of a lane are taken.
+/// Which slots of a lane are taken. With a `heapless::Deque` for each lane the source was 43 lines and the
+/// flash 404 bytes smaller, but the median tick had 9000 instructions, of 8000 in the budget.
 #[derive(Clone, Copy, Debug)]
 struct Order {
     first: usize,

@@ -670,7 +670,12 @@ fn the_mode_that_ends_at_8_g_makes_2_g_of_16_g() {
 
 #[test]
 fn a_fifo_takes_temperatures_and_every_eighth_timestamp() {
-    let (part, _) = with_bits(register::FIFO_CTRL3, 0x00);
+    let warm = Stimulus {
+        temperature: 45.0,
+        ..Stimulus::REST
+    };
+    let part = Part::with_options(move |_: f64| warm, QUIET).shared();
+    sensor(&part, Config::FRESH_KILOHERTZ);
     part.with(|part| {
         // Gyroscope at 833 Hz; continuous, temperature at 52 Hz, timestamp decimated by 8.
         for (address, value) in [(register::FIFO_CTRL3, 0x70), (register::FIFO_CTRL4, 0xB6)] {
@@ -689,7 +694,12 @@ fn a_fifo_takes_temperatures_and_every_eighth_timestamp() {
             if word[0] == 0 {
                 break;
             }
-            count[usize::from(word[0] >> 3)] += 1;
+            let tag = usize::from(word[0] >> 3);
+            count[tag] += 1;
+            if tag == 3 {
+                // 20 °C above 25 °C at 256 codes per °C.
+                assert_eq!(word[1..3], 5_120_i16.to_le_bytes());
+            }
         }
         let [_, gyro, accel, temperature, timestamp, ..] = count;
         assert_eq!(accel, 0);
@@ -698,4 +708,124 @@ fn a_fifo_takes_temperatures_and_every_eighth_timestamp() {
         assert!((20..=22).contains(&timestamp), "{timestamp}");
         assert_eq!(part.violations(), []);
     });
+}
+
+#[test]
+fn other_banks_hold_what_is_written_to_each_and_leave_the_first_alone() {
+    const EMBEDDED_FUNCTIONS: u8 = 0x80;
+    const SENSOR_HUB: u8 = 0x40;
+    let part = part(QUIET);
+    part.advance_by(10 * MILLISECOND);
+    let read = |address: u8| {
+        let mut frame = [0x80 | address, 0];
+        part.spi().transfer_in_place(&mut frame).unwrap();
+        frame[1]
+    };
+    let banks = [(EMBEDDED_FUNCTIONS, 0x5A), (SENSOR_HUB, 0xC3)];
+    for (bank, value) in banks {
+        write(&part, register::FUNC_CFG_ACCESS, bank);
+        part.spi().write(&[0x15, value]).unwrap();
+    }
+    for (bank, value) in banks {
+        write(&part, register::FUNC_CFG_ACCESS, bank);
+        assert_eq!((read(0x15), read(0x6A)), (value, 0), "{bank:#x}");
+    }
+    write(&part, register::FUNC_CFG_ACCESS, 0);
+    assert_eq!(read(register::WHO_AM_I.address), 0x6C);
+    assert_eq!(read(0x15), 0);
+}
+
+#[test]
+fn a_clock_that_changes_its_rate_gives_no_sample_twice() {
+    let part = part(QUIET);
+    let params = Params {
+        fifo: Some(FIFO),
+        ..Params::FRESH_KILOHERTZ
+    };
+    let mut sensor = sensor(&part, params.validate().unwrap());
+    let mut buffer = [[0; 7]; 512];
+    let mut words_in = |milliseconds: u64| {
+        part.advance_by(milliseconds * MILLISECOND);
+        sensor.read_fifo(&mut buffer).unwrap().bytes.len()
+    };
+    while words_in(0) > 0 {}
+    let before = words_in(10);
+    part.inject(PartFault::ClockRatio(1.0));
+    assert!(words_in(10).abs_diff(before) <= 3, "{before}");
+    part.inject(PartFault::ClockRatio(0.5));
+    assert!(words_in(10).abs_diff(before / 2) <= 3, "{before}");
+}
+
+#[test]
+fn a_timestamp_runs_on_from_where_it_is_when_the_clock_changes() {
+    let part = part(QUIET);
+    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+    part.advance_by(1_000 * MILLISECOND);
+    let before = sensor.timestamp().unwrap();
+    part.inject(PartFault::ClockRatio(0.5));
+    part.advance_by(10 * MILLISECOND);
+    // 25 µs a step, at half the rate.
+    let steps = sensor.timestamp().unwrap().steps_since(before);
+    assert!(steps.abs_diff(200) <= 6, "{steps}");
+}
+
+#[test]
+fn a_default_part_passes_its_self_test() {
+    let part = part(PartOptions::DEFAULT);
+    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+    assert!(sensor.self_test(&mut part.delay()).unwrap().passed());
+}
+
+#[test]
+fn a_byte_takes_as_long_as_eight_clocks_and_a_reset_its_time() {
+    let part = part(PartOptions {
+        byte_time_ns: 800,
+        ..QUIET
+    });
+    part.advance_by(10 * MILLISECOND);
+    let takes = || {
+        let begin = part.now_ns();
+        let value = register(&part, register::WHO_AM_I);
+        (part.now_ns() - begin, value)
+    };
+    assert_eq!(takes(), (2 * 800, 0x6C));
+    for (hertz, byte_ns) in [(5_000_000, 1_600), (0, 1_600), (10_000_000, 800)] {
+        part.with(|part| part.set_bus_clock(hertz));
+        assert_eq!(takes().0, 2 * byte_ns, "{hertz}");
+    }
+    // Until it is over, nothing answers.
+    write(&part, register::CTRL3_C, 0x84);
+    assert_eq!(takes().1, 0);
+    part.advance_by(10 * MILLISECOND);
+    assert_eq!(takes().1, 0x6C);
+}
+
+#[test]
+fn a_fifo_takes_temperatures_at_each_of_their_rates() {
+    // 1.6, 12.5 and 52 Hz, nominally.
+    for (code, words) in [(0, 0), (1, 16), (2, 130), (3, 521)] {
+        let part = part(QUIET);
+        let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+        write(&part, register::FIFO_CTRL4, 0x06 | code << 4);
+        let mut buffer = [[0; 7]; 512];
+        let mut found = 0;
+        for _ in 0..100 {
+            part.advance_by(100 * MILLISECOND);
+            found += sensor.read_fifo(&mut buffer).unwrap().bytes.len();
+        }
+        assert!(found.abs_diff(words) <= 2, "{code}: {found}");
+    }
+}
+
+#[test]
+fn a_storm_of_edges_lifts_the_pin_for_half_of_its_period() {
+    let part = part(QUIET);
+    sensor(&part, Config::FRESH_KILOHERTZ);
+    part.inject(PartFault::DataReadyStorm { period_ns: 10_000 });
+    let high = (0..1_000).filter(|_| {
+        part.advance_by(100);
+        part.pin_is_high(Pin::Int1)
+    });
+    let high = high.count();
+    assert!(high.abs_diff(500) <= 5, "{high}");
 }

@@ -115,4 +115,16 @@ mod tests {
         }
         assert!(counters.to_array().into_iter().eq(0..COUNTERS as u32));
     }
+
+    #[test]
+    fn what_was_dropped_is_dropped_on_either_way_and_nothing_else() {
+        let mut counters = Counters::default();
+        for counter in Counter::ALL {
+            counters.add(counter, 100);
+        }
+        assert_eq!(counters.dropped(), 200);
+        counters.add(Counter::CanDropped, 3);
+        counters.add(Counter::UartDropped, 4);
+        assert_eq!(counters.dropped(), 207);
+    }
 }

@@ -849,6 +849,15 @@ mod tests {
     }
 
     #[test]
+    fn the_uart_has_the_rate_that_is_set() {
+        let mut settings = Settings::default();
+        assert_eq!(settings.uart_rate(), 1_000_000);
+        let rate = Address::new(index::UART_RATE, 0);
+        assert_eq!(settings.set(rate, Value::U32(115_200)), Ok(()));
+        assert_eq!(settings.uart_rate(), 115_200);
+    }
+
+    #[test]
     fn what_is_sent_fits_the_bit_rate() {
         let rate = Address::new(index::CAN_BIT_RATE, 0);
         let timer = |pdo: Pdo| Address::new(index::TPDO + pdo as u16, 5);
@@ -856,6 +865,12 @@ mod tests {
         assert_eq!(longest_frame(8), 135);
         // 1211 frames and two heartbeats a second.
         assert_eq!(settings.worst_load(), 135 * 1211 + 2 * longest_frame(1));
+        // Fifty frames a second become one with every fourth of 100 SYNCs.
+        let mut tied = settings.clone();
+        let kind = Address::new(index::TPDO + Pdo::Axes as u16, 2);
+        let before = tied.worst_load();
+        assert_eq!(tied.set(kind, Value::U8(4)), Ok(()));
+        assert_eq!(tied.worst_load() + 135 * 50, before + 135 * 25);
         for (bit_rate, result) in [
             (500, Ok(())),
             (250, Ok(())),

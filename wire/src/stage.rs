@@ -50,3 +50,19 @@ impl Stage {
         Self::ALL.into_iter().find(|stage| stage.code() == code)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stage_has_its_own_code_and_a_name_of_its_own() {
+        for (code, stage) in (0..).zip(Stage::ALL) {
+            assert_eq!(stage.code(), code);
+            assert_eq!(Stage::from_code(code), Some(stage));
+            let same = Stage::ALL.into_iter().filter(|s| s.name() == stage.name());
+            assert_eq!(same.count(), 1, "{stage:?}");
+        }
+        assert_eq!(Stage::from_code(Stage::ALL.len() as u8), None);
+    }
+}

@@ -1,7 +1,7 @@
 //! A program that is run at the root of the workspace, and shown before.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, ExitStatus};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -77,16 +77,29 @@ impl Step {
     /// # Errors
     /// It does not start, or fails.
     pub fn run(&self) -> Result<()> {
+        let status = self.status()?;
+        if !status.success() {
+            bail!("{}: {status}", self.text());
+        }
+        Ok(())
+    }
+
+    /// The same where an exit code has a meaning; `None` where a signal ended it.
+    ///
+    /// # Errors
+    /// It does not start.
+    pub fn exit_code(&self) -> Result<Option<i32>> {
+        Ok(self.status()?.code())
+    }
+
+    fn status(&self) -> Result<ExitStatus> {
         let text = self.text();
         eprintln!("== {text}");
         let begin = Instant::now();
         let status = self.command().status();
         let status = status.with_context(|| format!("{text} does not start"))?;
-        if !status.success() {
-            bail!("{text}: {status}");
-        }
         eprintln!("   {:.1} s", begin.elapsed().as_secs_f64());
-        Ok(())
+        Ok(status)
     }
 
     /// Runs it to its end and takes what it prints.

@@ -40,6 +40,9 @@ enum Task {
         /// Breaks one of N places, evenly over the code.
         #[arg(long, value_name = "N", default_value_t = 1)]
         one_in: u32,
+        /// Which of the N: another number takes other places.
+        #[arg(long, value_name = "K", default_value_t = 0)]
+        nth: u32,
     },
 }
 
@@ -58,6 +61,10 @@ fn run(task: Task) -> Result<()> {
         Task::Quick { since } => quick::run(&since),
         Task::Gate => Step::program(".ci/run").run(),
         Task::Update => update::run(),
-        Task::Mutants { packages, one_in } => mutants::run(&packages, one_in),
+        Task::Mutants {
+            packages,
+            one_in,
+            nth,
+        } => mutants::run(&packages, one_in, nth),
     }
 }

@@ -296,4 +296,15 @@ mod tests {
         let moving = settled_at(&mut self::inclination(), 1.0).expect("a mean settles it");
         assert!(moving > 1_500, "{moving} ms");
     }
+
+    #[test]
+    fn a_correction_turns_the_orientation_as_it_turns_vectors_and_keeps_its_length() {
+        for (x, y) in [(0.1, 0.0), (0.0, -0.1), (0.15, 0.2)] {
+            let up = Correction { x, y }.apply(Quaternion::IDENTITY).up();
+            // World z, seen from a sensor that was turned by (x, y).
+            assert!((up.y - libm::sinf(libm::hypotf(x, y)) * x / libm::hypotf(x, y)).abs() < 1e-3);
+            assert!((up.x + libm::sinf(libm::hypotf(x, y)) * y / libm::hypotf(x, y)).abs() < 1e-3);
+            assert!((up.length() - 1.0).abs() < 1e-4, "{up:?}");
+        }
+    }
 }

@@ -156,4 +156,19 @@ mod tests {
         });
         assert_eq!(noise, 1.0);
     }
+
+    #[test]
+    fn an_impact_moves_the_mean_no_further_however_hard_it_is() {
+        let mean_after = |force: f32| {
+            let mut quietness = quietness();
+            let force = Vec3::new(force, 0.0, STANDARD_GRAVITY);
+            quietness.update(force, force.length(), 0.0, 0.001);
+            quietness.mean.x
+        };
+        let limit = mean_after(LARGEST_DEVIATION);
+        assert!((limit - LARGEST_DEVIATION / 41.0).abs() < 1e-5, "{limit}");
+        for force in [2.0 * LARGEST_DEVIATION, 156.0] {
+            assert!((mean_after(force) - limit).abs() < 1e-5, "{force}");
+        }
+    }
 }

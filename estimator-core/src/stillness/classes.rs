@@ -639,4 +639,48 @@ mod tests {
         let learnt = learner.learnt(&coefficients());
         assert_eq!(learnt.validate(), Ok(()), "{learnt:?}");
     }
+
+    #[test]
+    fn motion_is_learnt_as_the_mean_over_its_seconds_and_the_priors() {
+        let mut learner = Learner::new(&coefficients(), None);
+        let prior = coefficients().quantities.acceleration.prior.moving;
+        feed(&mut learner, prior + 1.0, 0.0, 0.4);
+        let moved = learner.learnt(&coefficients()).acceleration.moving - prior;
+        // The prior weighs like seconds of its own.
+        let expected = 0.4 / (0.4 + StillnessParams::DEFAULT.prior);
+        assert!((moved - expected).abs() < 0.01, "{moved} for {expected}");
+    }
+
+    #[test]
+    fn classes_are_kept_apart_whatever_is_given_and_whatever_is_fed() {
+        let together = Classes {
+            still: -1.0,
+            moving: -1.0,
+            width: 0.3,
+        };
+        let given = Learnt {
+            acceleration: together,
+            rate: together,
+            velocity: together,
+            ..Learnt::default()
+        };
+        let mut learner = Learner::new(&coefficients(), Some(given));
+        for _ in 0..2 {
+            let Learnt {
+                acceleration,
+                rate,
+                velocity,
+                ..
+            } = learner.learnt(&coefficients());
+            for classes in [acceleration, rate, velocity] {
+                let distance = classes.moving - classes.still;
+                assert!((distance - LEAST_DISTANCE).abs() < 1.0e-5, "{distance}");
+            }
+            // All of it at one amplitude.
+            for _ in 0..20 {
+                feed(&mut learner, -1.0, 0.0, 0.3);
+                feed(&mut learner, -1.0, 1.0, 0.3);
+            }
+        }
+    }
 }

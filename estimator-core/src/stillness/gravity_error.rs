@@ -77,3 +77,53 @@ impl GravityError {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::params::StillnessParams;
+    use super::*;
+
+    const PARAMS: GravityErrorParams = StillnessParams::DEFAULT.gravity_error;
+
+    /// Feeds a foot whose accelerometer shows `offset` m/s² too much along x, for some milliseconds.
+    fn feed(error: &mut GravityError, offset: f32, foot: Foot, ms: u32) {
+        for _ in 0..ms {
+            let left = Vec3::new(offset, 0.0, 0.0) - error.value();
+            error.update(left, foot);
+        }
+    }
+
+    fn taught(offset: f32) -> GravityError {
+        let mut error = GravityError::new(&PARAMS, 1000.0);
+        feed(&mut error, offset, Foot::Quiet, 2_000);
+        error
+    }
+
+    #[test]
+    fn a_quiet_foot_teaches_what_is_left_of_gravity() {
+        let offset = 0.8 * PARAMS.limit;
+        let found = taught(offset).value().x;
+        assert!((found / offset - 1.0).abs() < 0.1, "{found} of {offset}");
+    }
+
+    #[test]
+    fn an_acceleration_beyond_what_teaches_is_no_error_and_one_below_is_held_to_the_limit() {
+        assert_eq!(taught(1.25 * PARAMS.limit).value(), Vec3::ZERO);
+        let held = taught(1.15 * PARAMS.limit).value().length();
+        assert!((held / PARAMS.limit - 1.0).abs() < 1.0e-3, "{held}");
+    }
+
+    #[test]
+    fn motion_teaches_nothing_and_lets_the_error_be_forgotten_with_its_time_constant() {
+        let mut error = taught(0.5 * PARAMS.limit);
+        let before = error.value().x;
+        feed(
+            &mut error,
+            0.9 * PARAMS.limit,
+            Foot::Moving,
+            (PARAMS.forgetting * 1.0e3) as u32,
+        );
+        let left = error.value().x / before;
+        assert!((left - 0.368).abs() < 0.01, "{left}");
+    }
+}

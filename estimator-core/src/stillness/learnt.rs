@@ -221,3 +221,27 @@ impl Learnt {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_motion_below_its_stillness_is_refused_by_its_name_and_one_above_is_not() {
+        for (i, name) in [
+            (1, "learnt.acceleration.moving"),
+            (4, "learnt.rate.moving"),
+            (7, "learnt.velocity.moving"),
+        ] {
+            for (moving, refused) in [(1.9, true), (2.1, false)] {
+                let mut numbers = [0.0; Learnt::NUMBERS];
+                (numbers[i - 1], numbers[i]) = (2.0, moving);
+                let field = match Learnt::from_array(numbers).validate() {
+                    Err(ParamsError::OutOfRange { field, .. }) => field,
+                    Err(ParamsError::WindowLength { .. }) | Ok(()) => "",
+                };
+                assert_eq!(field, if refused { name } else { "" });
+            }
+        }
+    }
+}

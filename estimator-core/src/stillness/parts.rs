@@ -241,3 +241,45 @@ impl Parts {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A motion with the whole's squares, on a foot whose up is z.
+    fn motion(acceleration: Vec3, rate: Vec3, velocity: Vec3) -> Motion {
+        Motion {
+            acceleration,
+            rate,
+            velocity,
+            up: Vec3::new(0.0, 0.0, 1.0),
+            squares: PerQuantity {
+                acceleration: acceleration.dot(acceleration),
+                rate: rate.dot(rate),
+                velocity: velocity.dot(velocity),
+            },
+        }
+    }
+
+    #[test]
+    fn each_part_sees_its_own_share_of_the_motion_and_nothing_else() {
+        let motion = motion(
+            Vec3::new(1.0, 2.0, 3.0),
+            Vec3::new(4.0, 5.0, 6.0),
+            Vec3::new(7.0, 8.0, 9.0),
+        );
+        let squares = Part::ALL.map(|part| {
+            let of = part.squares(&motion);
+            [of.acceleration, of.rate, of.velocity]
+        });
+        assert_eq!(squares[0], [Some(5.0), Some(36.0), Some(113.0)]);
+        assert_eq!(squares[1], [Some(9.0), Some(41.0), Some(81.0)]);
+        for (axis, [a, w, v]) in [[1.0, 16.0, 49.0], [4.0, 25.0, 64.0], [9.0, 36.0, 81.0]]
+            .into_iter()
+            .enumerate()
+        {
+            assert_eq!(squares[2 + axis], [Some(a), None, Some(v)]);
+            assert_eq!(squares[5 + axis], [None, Some(w), None]);
+        }
+    }
+}

@@ -383,3 +383,112 @@ impl Crc32 {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::convert::Infallible;
+    use embedded_storage::nor_flash::{ErrorType, ReadNorFlash};
+
+    const PAGE: usize = 64;
+
+    /// Two small pages, and the bytes written to them so far.
+    struct Flash([u8; 2 * PAGE], usize);
+
+    impl From<Infallible> for StoreFailed {
+        fn from(never: Infallible) -> Self {
+            match never {}
+        }
+    }
+
+    impl ErrorType for Flash {
+        type Error = Infallible;
+    }
+
+    impl ReadNorFlash for Flash {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
+            bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
+            Ok(())
+        }
+
+        fn capacity(&self) -> usize {
+            self.0.len()
+        }
+    }
+
+    impl NorFlash for Flash {
+        const WRITE_SIZE: usize = WORD as usize;
+        const ERASE_SIZE: usize = PAGE;
+
+        fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
+            self.0[from as usize..to as usize].fill(0xFF);
+            Ok(())
+        }
+
+        fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
+            let to = self.0[offset as usize..].iter_mut();
+            to.zip(bytes).for_each(|(byte, new)| *byte &= new);
+            self.1 += bytes.len();
+            Ok(())
+        }
+    }
+
+    fn pages() -> Pages<Flash> {
+        let range = 0..2 * PAGE as u32;
+        Pages::new(Flash([0xFF; 2 * PAGE], 0), &range).expect("two pages")
+    }
+
+    /// Data that begin with the key and differ by `number`.
+    fn data<const N: usize>(number: u8) -> [u8; N] {
+        let mut data = [number; N];
+        data[0] = KEY;
+        data
+    }
+
+    #[test]
+    fn what_fills_a_page_between_its_marks_fits_and_a_byte_more_writes_nothing() {
+        let mut fits = pages();
+        assert_eq!(fits.append(&data::<48>(7), Erase::Allowed), Ok(()));
+        for mut full in [pages(), fits] {
+            let before = (full.flash().0, full.flash().1);
+            let refused = full.append(&data::<49>(8), Erase::Allowed);
+            assert_eq!(refused, Err(StoreFailed::Flash));
+            assert_eq!((full.flash().0, full.flash().1), before);
+        }
+    }
+
+    #[test]
+    fn items_of_every_length_are_found_again_page_after_page() {
+        let mut pages = pages();
+        for number in 1..100 {
+            let data = data::<48>(number);
+            let data = &data[..1 + usize::from(number) * 5 % 48];
+            assert_eq!(pages.append(data, Erase::Allowed), Ok(()));
+            let Ok(Latest {
+                item: Some(item),
+                damaged: false,
+            }) = pages.newest()
+            else {
+                panic!("{number}");
+            };
+            assert_eq!(usize::from(item.length), data.len());
+            let at = item.data as usize;
+            assert_eq!(&pages.flash().0[at..at + data.len()], data, "{number}");
+        }
+    }
+
+    #[test]
+    fn a_store_holds_though_both_pages_look_as_if_they_were_in_use() {
+        let written = |number: u8| {
+            let mut pages = pages();
+            assert_eq!(pages.append(&data::<5>(number), Erase::Allowed), Ok(()));
+            pages.release().0
+        };
+        let mut both = written(1);
+        both[PAGE..].copy_from_slice(&written(2)[..PAGE]);
+        let mut pages = Pages::new(Flash(both, 0), &(0..2 * PAGE as u32)).expect("two pages");
+        assert_eq!(pages.append(&data::<5>(3), Erase::Refused), Ok(()));
+    }
+}

@@ -263,6 +263,42 @@ fn frames_that_the_board_withdraws_are_counted() {
 }
 
 #[test]
+fn lost_input_is_a_fault_with_how_much_was_lost_so_far_for_a_second_after_the_last_loss() {
+    type Lost = fn(u32) -> Input;
+    let losses: [(Lost, Fault); 2] = [
+        (Input::CanLost, Fault::CanOverrun),
+        (Input::UartLost, Fault::UartOverrun),
+    ];
+    for (lost, fault) in losses {
+        let mut bench = bench();
+        let emergencies = |bench: &mut Bench, ticks: u32| {
+            let mut found = Vec::new();
+            for _ in 0..ticks {
+                bench.still();
+                found.extend(
+                    bench
+                        .emergencies()
+                        .iter()
+                        .map(|e| (e.fault, e.code, e.detail)),
+                );
+            }
+            found
+        };
+        assert!(bench.ports.try_put(lost(5)));
+        let raised = emergencies(&mut bench, 1);
+        assert_eq!(raised, [(Some(fault), fault.code(), 5)]);
+        // What is active already is not reported again, and lasts longer.
+        assert_eq!(emergencies(&mut bench, 900), []);
+        assert!(bench.ports.try_put(lost(2)));
+        assert_eq!(emergencies(&mut bench, 999), []);
+        assert_eq!(emergencies(&mut bench, 2), [(Some(fault), 0, 0)]);
+        assert!(bench.ports.try_put(lost(1)));
+        let again = emergencies(&mut bench, 1);
+        assert_eq!(again, [(Some(fault), fault.code(), 8)]);
+    }
+}
+
+#[test]
 fn bus_off_is_a_fault_while_it_lasts_and_reported_on_the_bus_after_the_recovery() {
     let mut bench = bench();
     let off = Fault::CanBusOff;

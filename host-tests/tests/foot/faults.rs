@@ -342,6 +342,34 @@ fn a_foot_without_a_sensor_says_so_and_nothing_else() {
 }
 
 #[test]
+fn a_rate_at_rest_that_is_no_bias_is_reported_in_thousandths_of_a_degree_per_second() {
+    let turns = |seconds: f64| Stimulus {
+        angular_rate: [0.0, 0.0, if seconds < 8.0 { 0.5 } else { 0.0 }],
+        ..Stimulus::REST
+    };
+    let part = part(turns, ORDINARY);
+    let mut bench = Bench::new(Settings::default());
+    let mut reported = Vec::new();
+    run(
+        Run::default(),
+        &part,
+        &mut bench,
+        9 * SECOND,
+        |bench, _, _| {
+            let emergencies = bench.can.iter().filter(|frame| frame.id() == 0x91);
+            reported.extend(emergencies.map(|f| Emergency::decode(f.data8().expect("EMCY"))));
+        },
+    );
+    reported.retain(|emergency| emergency.fault == Some(Fault::GyroBias));
+    let [raised, cleared] = reported[..] else {
+        panic!("{reported:?}");
+    };
+    assert_eq!(raised.code, Fault::GyroBias.code());
+    assert!(raised.detail.abs_diff(28_648) < 100, "{raised:?}");
+    assert_eq!((cleared.code, cleared.detail), (0, 0));
+}
+
+#[test]
 fn the_self_test_runs_at_the_start_and_a_failed_axis_voids_every_estimate() {
     for (signal, failed) in [(4.9, 0), (0.1, 0b111)] {
         let options = PartOptions {

@@ -50,9 +50,14 @@ fn what_the_part_does_not_have_is_refused_with_the_name_of_the_field() {
         }),
         "accel.odr"
     );
-    for watermark in [0, 512] {
+    for (watermark, field) in [
+        (0, "fifo.watermark"),
+        (1, ""),
+        (511, ""),
+        (512, "fifo.watermark"),
+    ] {
         let fifo = FifoParams { watermark, ..FIFO };
-        assert_eq!(refused(|p| p.fifo = Some(fifo)), "fifo.watermark");
+        assert_eq!(refused(|p| p.fifo = Some(fifo)), field, "{watermark}");
     }
     assert_eq!(
         refused(|p| {
@@ -82,6 +87,18 @@ fn what_the_part_does_not_have_is_refused_with_the_name_of_the_field() {
         ..FIFO
     };
     assert_eq!(refused(|p| p.fifo = Some(none)), "fifo");
+}
+
+#[test]
+fn a_fifo_may_hold_one_sensor_alone() {
+    for (accel, gyro) in [(true, false), (false, true)] {
+        let fifo = FifoParams {
+            accel,
+            gyro,
+            ..FIFO
+        };
+        assert_eq!(refused(|p| p.fifo = Some(fifo)), "");
+    }
 }
 
 #[test]

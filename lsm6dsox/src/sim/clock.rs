@@ -107,6 +107,18 @@ mod tests {
     }
 
     #[test]
+    fn jitter_scatters_over_its_range_whatever_the_seed() {
+        for seed in [0, 1, 3, u64::MAX] {
+            let (clock, ideal) = (Clock::new(1.0, 2_000, seed), Clock::new(1.0, 0, seed));
+            let late = |tick| clock.tick_ps(tick) - ideal.tick_ps(tick);
+            let mean = (0..10_000).map(late).sum::<u64>() / 10_000;
+            assert!(mean.abs_diff(1_000_000) < 30_000, "{seed}: {mean} ps");
+            let repeats = (0..10_000).filter(|tick| late(*tick) == late(tick + 1));
+            assert!(repeats.count() < 3, "{seed}");
+        }
+    }
+
+    #[test]
     fn a_change_of_rate_loses_no_tick() {
         let mut clock = Clock::new(1.0, 0, 1);
         let now = 10 * 150_000_000 + 70_000_000;

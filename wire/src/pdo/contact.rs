@@ -375,6 +375,25 @@ mod tests {
     }
 
     #[test]
+    fn the_end_of_the_range_and_a_start_are_each_told_from_other_doubt() {
+        for (flag, is_saturated, is_starting) in [
+            (Flag::Saturated, true, false),
+            (Flag::WindowNotFull, false, true),
+            (Flag::AttitudeNotInitialised, false, true),
+            (Flag::Stale, false, false),
+            (Flag::InvalidSample, false, false),
+        ] {
+            let doubtful = ContactEstimate {
+                flags: Flags::NONE.with(flag),
+                ..estimate()
+            };
+            let status = Contact::new(&doubtful, 0, Faults::NONE).status;
+            let found = (status.is_saturated(), status.is_starting());
+            assert_eq!(found, (is_saturated, is_starting), "{flag:?}");
+        }
+    }
+
+    #[test]
     fn no_byte_at_all_says_stable_without_being_valid() {
         for bits in 0..=u8::MAX {
             let status = Status::from_bits(bits);

@@ -218,6 +218,7 @@ fn the_master_hears_of_a_store_that_failed() {
 fn what_the_board_says_of_itself_can_be_read() {
     let mut node = node();
     node.set_stage(Stage::HoldStill);
+    node.set_brown_out_level(3);
     node.set_crash(Crash {
         fault: Fault::HardFault,
         program_counter: 0x0800_1234,
@@ -227,6 +228,7 @@ fn what_the_board_says_of_itself_can_be_read() {
     node.tick(&ContactEstimate::default(), 0.0, &counters, |_| ());
     for (index, sub, expected) in [
         (index::STAGE, 0, Value::U8(2)),
+        (index::SUPPLY, 1, Value::U8(3)),
         (index::LAST_CRASH, 1, Value::U16(0x6102)),
         (index::LAST_CRASH, 2, Value::U32(0x0800_1234)),
         (index::COUNTERS, Counter::CanBusOff as u8 + 1, Value::U32(3)),
