@@ -68,7 +68,7 @@ pub enum GyroTimingReport {
 }
 
 /// What was corrected in the readings of the sensor; x, y, z of its frame.
-#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct CorrectionReport {
     /// What was taken off accelerations, m/s².
     pub accelerometer_bias_m_s2: [f32; 3],

@@ -85,7 +85,7 @@ fn what_no_sensor_has_is_refused_with_what_to_change() {
         fs::write(bench.path("robot.toml"), format!("axes = '{axes}'\n")).expect("a file");
         let error = bench.error("replay side.csv --config robot.toml");
         assert!(
-            error.starts_with("footfall: robot.toml, line 1, key axes: "),
+            error.starts_with("footfall: robot.toml, line 1, column 8, key axes: "),
             "{error}"
         );
         assert!(error.contains(expected), "{error}");

@@ -457,7 +457,8 @@ fn formats_with_units_of_their_own_refuse_the_options_for_tables() {
     assert_eq!(
         Bench::with("x.csv", row).error("replay x.csv --format pce-atlas --units g"),
         "footfall: x.csv is read as pce-atlas, which has columns, units and times of its own: \
-         --map, --units, --time-unit and --times are for csv\n"
+         --map and --time-unit are for csv and parquet, --units and --times for mcap and rosbag2, \
+         too\n"
     );
 }
 

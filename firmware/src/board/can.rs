@@ -235,18 +235,24 @@ impl Sender {
 
     /// Waits until a frame has left its mailbox, if one has a frame.
     pub async fn freed(&self) {
-        if mailboxes().all(|mailbox| waiting_in(mailbox).is_none()) {
+        // Looked at once: a frame that leaves from here on has left, and is not waited for again.
+        let full = mailboxes().map(|mailbox| waiting_in(mailbox).is_some());
+        if full == [false; 3] {
             return;
         }
-        let emptied = async |mailbox| match waiting_in(mailbox) {
-            Some(_) => self.0.flush(mailbox).await,
-            None => pending().await,
+        let [first, second, third] = full;
+        let emptied = async |mailbox, was_full| {
+            if was_full {
+                self.0.flush(mailbox).await;
+            } else {
+                pending::<()>().await;
+            }
         };
         let _guard = MailboxEmptyInterruptGuard::new();
         select3(
-            emptied(Mailbox::Mailbox0),
-            emptied(Mailbox::Mailbox1),
-            emptied(Mailbox::Mailbox2),
+            emptied(Mailbox::Mailbox0, first),
+            emptied(Mailbox::Mailbox1, second),
+            emptied(Mailbox::Mailbox2, third),
         )
         .await;
     }
@@ -311,8 +317,8 @@ fn was_aborted(mailbox: Mailbox) -> bool {
     }
 }
 
-fn mailboxes() -> impl Iterator<Item = Mailbox> {
-    [Mailbox::Mailbox0, Mailbox::Mailbox1, Mailbox::Mailbox2].into_iter()
+const fn mailboxes() -> [Mailbox; 3] {
+    [Mailbox::Mailbox0, Mailbox::Mailbox1, Mailbox::Mailbox2]
 }
 
 impl Receiver {

@@ -1,7 +1,7 @@
 //! Every key of a configuration file: what it means, its unit, range and value in a preset, and where a
 //! foot has it. Numbers come from the estimator's table of limits.
 
-use estimator_core::{Learnt, Parameter, Params, Row, parameter};
+use estimator_core::{Learnt, Mounting, Parameter, Params, Row, parameter};
 use recordings::number::shown;
 use wire::dictionary::{self, Address, Concern, Role, index};
 
@@ -24,6 +24,8 @@ enum Kind {
     /// A number, or one for each of a sensor's axes.
     Numbers(Vec<Parameter>),
     Gravity,
+    /// How the sensor lies in the foot.
+    Axes,
     Method,
     Learning,
     Window,
@@ -65,6 +67,7 @@ pub fn keys() -> Vec<Key> {
     let mut all = numbers;
     all.extend([
         key("gravity", Kind::Gravity),
+        key("axes", Kind::Axes),
         key("method", Kind::Method),
         key("learning", Kind::Learning),
         key(parameter::WINDOW.name, Kind::Window),
@@ -89,6 +92,10 @@ impl Key {
         match &self.kind {
             Kind::Numbers(numbers) => numbers.first().map_or("", |number| meaning(*number)),
             Kind::Gravity => "whether the accelerations contain gravity",
+            Kind::Axes => {
+                "how the sensor lies in the foot: its axes along the foot's x, y and z, which is up, or a \
+                 quaternion from its frame to the foot's"
+            }
             Kind::Method => "where the limits of stillness come from",
             Kind::Learning => "whether the foot goes on learning",
             Kind::Window => "how far back the estimate looks",
@@ -128,7 +135,7 @@ impl Key {
                 None => "",
             },
             Kind::Correction(limits) => limits.unit,
-            Kind::Gravity | Kind::Method | Kind::Learning => "",
+            Kind::Gravity | Kind::Axes | Kind::Method | Kind::Learning => "",
         }
     }
 
@@ -156,6 +163,9 @@ impl Key {
                 }
             }),
             Kind::Gravity => of_words(GRAVITIES.map(|(word, _)| word)),
+            Kind::Axes => {
+                "three right-handed axes such as \"x,-z,y\", or \"w,x,y,z\" of length 1".to_owned()
+            }
             Kind::Method => of_words(METHODS.map(|(word, _)| word)),
             Kind::Learning => of_words(LEARNINGS.map(|(word, _)| word)),
             Kind::Window => format!(
@@ -197,6 +207,7 @@ impl Key {
                 }
             }
             Kind::Gravity => quoted(word_of(&GRAVITIES, params.gravity)),
+            Kind::Axes => quoted(&Mounting::IDENTITY.to_string()),
             Kind::Method => quoted(word_of(&METHODS, params.method)),
             Kind::Learning => quoted(word_of(&LEARNINGS, params.learning)),
             Kind::Window => window_text(params.window),
@@ -252,6 +263,7 @@ impl Key {
                 _ => "all of the estimator, where the recording does not tell",
             },
             Kind::Gravity => "the attitude filter, which takes gravity out where it is there",
+            Kind::Axes => "the readings, after [accelerometer] and [gyroscope]",
             Kind::Method => "the probabilities",
             Kind::Learning => SELF_CALIBRATING_ONLY,
             Kind::Learnt(_) => {
@@ -286,6 +298,7 @@ impl Key {
                 .iter()
                 .map(|subindex| Address::new(index::ACCELEROMETER, *subindex))
                 .collect(),
+            Kind::Axes => vec![Address::new(index::MOUNTING, 1)],
             Kind::Gravity | Kind::GyroTiming => Vec::new(),
         }
     }

@@ -98,7 +98,7 @@ fn what_was_learnt_is_given_whole() {
 fn axes_that_no_sensor_has_are_named_with_what_to_flip() {
     assert_eq!(
         message("gravity = 'included'\naxes = 'x,z,y'\n"),
-        "x.toml, line 2, key axes: x,z,y is left-handed, and a sensor is not: \
+        "x.toml, line 2, column 8, key axes: x,z,y is left-handed, and a sensor is not: \
          flip the sign of one axis, as in x,-z,y or -x,z,y"
     );
     assert!(message("axes = [1, 2, 3]\n").starts_with("x.toml, line 1, key axes: invalid type"));
