@@ -6,11 +6,14 @@ use std::path::{Path, PathBuf};
 use recordings::input::InputError;
 
 use crate::files::{OutputError, STANDARD, directory_of};
+use crate::replay::estimates::Layout;
 
 /// A result, as its file is named.
 #[derive(Clone, Copy, Debug)]
 pub enum Target<'a> {
-    /// A table of estimates.
+    /// A table of estimates of a replay.
+    Estimates(&'a Path),
+    /// A table of rows.
     Table(&'a Path),
     /// A table of events.
     Events(&'a Path),
@@ -25,7 +28,8 @@ pub enum Target<'a> {
 impl<'a> Target<'a> {
     const fn path(self) -> &'a Path {
         match self {
-            Self::Table(path)
+            Self::Estimates(path)
+            | Self::Table(path)
             | Self::Events(path)
             | Self::Picture(path)
             | Self::Drawing(path)
@@ -36,6 +40,7 @@ impl<'a> Target<'a> {
     /// What it is, for people.
     const fn kind(self) -> &'static str {
         match self {
+            Self::Estimates(_) => "tables are CSV or Parquet",
             Self::Table(_) | Self::Events(_) => "tables are CSV",
             Self::Picture(_) => "pictures are SVG",
             Self::Drawing(_) => "pictures are SVG, PNG or pages",
@@ -46,6 +51,7 @@ impl<'a> Target<'a> {
     /// What its name ends in, one of these.
     const fn extensions(self) -> &'static [&'static str] {
         match self {
+            Self::Estimates(_) => &Layout::EXTENSIONS,
             Self::Table(_) | Self::Events(_) => &["csv"],
             Self::Picture(_) => &["svg"],
             Self::Drawing(_) => &Drawing::EXTENSIONS,

@@ -108,7 +108,7 @@ impl Foot {
     /// The demo's walk, of another foot for each seed; every third has no load signal and no labels.
     fn walks(name: &str, seed: u64) -> Self {
         let mut recording = simulate(&Plan::demo(seed), &SensorParams::LSM6DSOX, seed).recording;
-        if seed % 3 == 0 {
+        if seed.is_multiple_of(3) {
             for sample in &mut recording.samples {
                 (sample.load, sample.label) = (None, None);
             }

@@ -1,6 +1,7 @@
 //! The same walk gives the same probabilities by every road: as our table, in bags of ROS 2 and in
 //! Parquet, written by the libraries of others.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -14,8 +15,7 @@ use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
 use host_tests::requirements::unmet;
 use recordings::input::{BagOptions, Foreign, Format, Hints, Opened, Topics};
-use recordings::output::{Feet, write_header, write_recording, write_row};
-use recordings::parquet_output::ParquetEstimates;
+use recordings::output::write_recording;
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
 use tempfile::TempDir;
@@ -220,7 +220,7 @@ fn the_command_takes_topics_and_loads() {
             .into_iter()
             .chain(arguments.iter().copied());
         let paths = [bag.as_os_str(), "--output".as_ref(), output.as_os_str()];
-        let all = command.map(std::ffi::OsStr::new).chain(paths);
+        let all = command.map(OsStr::new).chain(paths);
         Arguments::try_parse_from(all).expect("arguments").run()
     };
     let several = replayed(&[]).expect_err("two feet").to_string();
@@ -240,22 +240,19 @@ fn the_command_takes_topics_and_loads() {
 #[test]
 fn estimates_in_parquet_are_those_of_the_table_to_pandas() {
     let Some(folder) = roads() else { return };
-    let feet = read(&folder.join("walk.csv"), &Hints::default());
     let (csv, parquet) = (
         folder.join("estimates.csv"),
         folder.join("estimates.parquet"),
     );
-    let mut table = Vec::new();
-    write_header(Feet::Several, &mut table).expect("a table");
-    let mut columns = ParquetEstimates::new(Vec::new(), Feet::Several).expect("a table");
-    for foot in ["fl", "fr"] {
-        for estimate in &feet[0].estimates {
-            write_row(Some(foot), estimate, START_US, &mut table).expect("a row");
-            columns.add(Some(foot), estimate, START_US).expect("a row");
-        }
+    let feet = [folder.join("walk.csv"), folder.join("again.csv")];
+    fs::copy(&feet[0], &feet[1]).expect("a file");
+    for output in [&csv, &parquet] {
+        let arguments =
+            ["footfall", "--quiet", "replay", "--jobs", "2", "--output"].map(OsStr::new);
+        let files = [output, &feet[0], &feet[1]].map(|path| path.as_os_str());
+        let arguments = Arguments::parse_from(arguments.into_iter().chain(files));
+        arguments.run().expect("a replay");
     }
-    fs::write(&csv, table).expect("a file");
-    fs::write(&parquet, columns.finish().expect("a table")).expect("a file");
     let packages = packages::install("python-roads", REQUIREMENTS).expect("they are there");
     let output = Command::new(packages.interpreter)
         .arg(ESTIMATES)

@@ -8,6 +8,7 @@
 //! | `state`, `flags` | text, dictionary |
 //! | `decision` | u8: 1 stable, 0 not |
 
+use std::fs::File;
 use std::io::{self, Write};
 use std::mem;
 use std::sync::Arc;
@@ -20,6 +21,7 @@ use arrow_array::{ArrayRef, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use estimator_core::{ContactEstimate, Decision, Flag, Quaternion, Vec3};
 use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
@@ -58,12 +60,7 @@ impl<W: Write> ParquetEstimates<W> {
     /// What the writer reports.
     pub fn new(to: W, feet: Feet) -> io::Result<Self> {
         let schema = Arc::new(schema(&feet));
-        let properties = WriterProperties::builder()
-            .set_compression(Compression::ZSTD(ZstdLevel::default()))
-            .set_max_row_group_row_count(Some(ROW_GROUP))
-            .build();
-        let encoder = ArrowWriter::try_new(Vec::new(), schema.clone(), Some(properties))
-            .map_err(io::Error::from)?;
+        let encoder = encoder_of(schema.clone())?;
         Ok(Self {
             to,
             encoder,
@@ -141,6 +138,44 @@ impl<W: Write> ParquetEstimates<W> {
         encoded.map_err(io::Error::from)?;
         self.to.write_all(&mem::take(self.encoder.inner_mut()))
     }
+}
+
+/// Writes tables of the same columns as one, row group by row group.
+///
+/// # Errors
+/// What the writer and the files report.
+pub fn join(tables: Vec<File>, mut to: impl Write) -> io::Result<()> {
+    let mut encoder: Option<ArrowWriter<Vec<u8>>> = None;
+    for table in tables {
+        let rows = ParquetRecordBatchReaderBuilder::try_new(table).map_err(io::Error::from)?;
+        let schema = rows.schema().clone();
+        let rows = rows
+            .with_batch_size(BATCH)
+            .build()
+            .map_err(io::Error::from)?;
+        let encoder = match &mut encoder {
+            Some(encoder) => encoder,
+            none => none.insert(encoder_of(schema)?),
+        };
+        for batch in rows {
+            let batch = batch.map_err(ParquetError::from).map_err(io::Error::from)?;
+            encoder.write(&batch).map_err(io::Error::from)?;
+            to.write_all(&mem::take(encoder.inner_mut()))?;
+        }
+    }
+    if let Some(encoder) = encoder {
+        to.write_all(&encoder.into_inner().map_err(io::Error::from)?)?;
+    }
+    to.flush()
+}
+
+/// Encodes rows into memory, from which the bytes are taken.
+fn encoder_of(schema: Arc<Schema>) -> io::Result<ArrowWriter<Vec<u8>>> {
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_max_row_group_row_count(Some(ROW_GROUP))
+        .build();
+    ArrowWriter::try_new(Vec::new(), schema, Some(properties)).map_err(io::Error::from)
 }
 
 /// The numbers of a row, in the order of [`HEADER`].

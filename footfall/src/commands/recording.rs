@@ -110,13 +110,23 @@ impl TableArguments {
 /// Which topics of a bag of ROS 2 are read.
 #[derive(Clone, Debug, Default, Args)]
 pub struct BagArguments {
-    /// The topic of a foot, of sensor_msgs/msg/Imu; several for several feet, or all. May be left
-    /// out where there is only one
-    #[arg(long, value_name = "TOPIC|all", help_heading = INPUT)]
+    /// The topics of the feet.
+    #[arg(
+        long,
+        value_name = "TOPIC|all",
+        help_heading = INPUT,
+        help = "The topic of a foot, of sensor_msgs/msg/Imu; several for several feet, or all. May be \
+                left out where there is only one"
+    )]
     pub topic: Vec<String>,
-    /// The load of a foot: Float32, Float64, one of their MultiArrays, Wrench or WrenchStamped, such
-    /// as /foot/wrench:force.z; once for each foot, in their order
-    #[arg(long, value_name = "TOPIC[:FIELD]", help_heading = INPUT)]
+    /// The topics of the loads.
+    #[arg(
+        long,
+        value_name = "TOPIC[:FIELD]",
+        help_heading = INPUT,
+        help = "The load of a foot: Float32, Float64, one of their MultiArrays, Wrench or \
+                WrenchStamped, such as /foot/wrench:force.z; once for each foot, in their order"
+    )]
     pub load_topic: Vec<LoadTopic>,
 }
 

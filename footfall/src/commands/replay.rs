@@ -9,7 +9,7 @@ use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::events;
 use recordings::input::About;
-use recordings::output::{Feet, write_header};
+use recordings::output::Feet;
 
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
 use super::recording::{Configuration, RecordingArguments, with_mounting};
@@ -21,6 +21,7 @@ use crate::parameters::{Estimation, ParametersReport};
 use crate::plot::page;
 use crate::plot::png::png;
 use crate::progress::{self, Bars};
+use crate::replay::estimates::{self, Layout};
 use crate::replay::foot::{Picture, ReplayError, Replayed, Table, Wanted, replay};
 use crate::replay::jobs;
 use crate::replay::span::Span;
@@ -48,8 +49,8 @@ pub struct ReplayArguments {
     /// Stop at this time since the first sample
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub to: Option<f64>,
-    /// Write the estimates, one row per sample; `-` is standard output
-    #[arg(long, value_name = "OUT.csv", help_heading = OUTPUT)]
+    /// Write the estimates, one row per sample, as CSV or Parquet; `-` is standard output
+    #[arg(long, value_name = "OUT.csv|parquet", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
     /// Write the events: touch-downs, lift-offs, and where slips begin and end, with their distance;
     /// `-` is standard output
@@ -114,7 +115,7 @@ impl ReplayArguments {
 
     /// Checks that all results can be written, before anything is computed.
     fn check_targets(&self) -> Result<(), OutputError> {
-        let table = self.output.iter().map(|path| Target::Table(path));
+        let table = self.output.iter().map(|path| Target::Estimates(path));
         let events = self.events.iter().map(|path| Target::Events(path));
         let picture = self.plot.iter().map(|path| Target::Drawing(path));
         let all: Vec<_> = table.chain(events).chain(picture).collect();
@@ -169,6 +170,7 @@ impl ReplayArguments {
         let wanted = Wanted {
             span,
             table: table(&self.output),
+            layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
             events: table(&self.events),
             drawing: self.plot.as_deref().map(Drawing::of),
         };
@@ -234,11 +236,10 @@ impl ReplayArguments {
         let mut written = Vec::new();
         let several = self.inputs.len() > 1 || feet.len() > 1;
         if let Some(path) = &self.output {
-            write_file(path, |to| {
-                write_header(if several { Feet::Several } else { Feet::One }, to)?;
-                let mut parts = feet.iter_mut().filter_map(|foot| foot.table.as_mut());
-                parts.try_for_each(|part| part.write(to))
-            })?;
+            let tables = feet.iter_mut().filter_map(|foot| foot.table.take());
+            let tables = tables.collect();
+            let named = if several { Feet::Several } else { Feet::One };
+            write_file(path, |to| estimates::write(tables, named, to))?;
             written.push(path.clone());
         }
         if let Some(path) = &self.events {

@@ -7,7 +7,7 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::fontdb::Database;
 use resvg::usvg::{Options, Tree};
 
-/// DejaVu Sans without the scripts that names of files and feet hardly have; its licence is beside it.
+/// The font `DejaVu` Sans without the scripts that names of files and feet hardly have; its licence is beside it.
 const FONT: &[u8] = include_bytes!("font/DejaVuSans-latin-greek-cyrillic.ttf");
 
 /// The name by which the font is found.

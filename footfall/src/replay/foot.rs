@@ -10,6 +10,7 @@ use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
 use thiserror::Error;
 
+use super::estimates::{Estimates, Layout};
 use super::part::Part;
 use super::span::Span;
 use crate::plot::page::PageFoot;
@@ -24,6 +25,8 @@ pub struct Wanted {
     pub span: Span,
     /// Whether there is a table, and whether it names the foot.
     pub table: Table,
+    /// How the table is laid out.
+    pub layout: Layout,
     /// The same of the table of events.
     pub events: Table,
     /// The picture, where there is one.
@@ -66,7 +69,7 @@ pub struct Replayed {
     /// What is not plausible about it.
     pub findings: Vec<Finding>,
     /// Its rows of the table.
-    pub table: Option<Part>,
+    pub table: Option<Estimates>,
     /// Its events.
     pub events: Option<Part>,
     /// Its picture.
@@ -124,7 +127,14 @@ pub fn replay(
         Table::OneFoot => Some(Part::new(None, about.start_us)),
         Table::SeveralFeet => Some(Part::new(Some(name.clone()), about.start_us)),
     };
-    let mut table = part(wanted.table);
+    let mut table = match wanted.table {
+        Table::None => None,
+        Table::OneFoot => Some(Estimates::new(wanted.layout, None, about.start_us)?),
+        Table::SeveralFeet => {
+            let foot = Some(name.clone());
+            Some(Estimates::new(wanted.layout, foot, about.start_us)?)
+        }
+    };
     let mut found = Found {
         span: wanted.span,
         table: part(wanted.events),

@@ -1,8 +1,8 @@
 //! Several recordings at once.
 
 use std::num::NonZeroUsize;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 /// Does the work on each of `items` on up to `jobs` threads; the results are in the items' order.
@@ -24,9 +24,7 @@ pub fn run<I: Sync, T: Send, E: Send>(
             if result.is_err() {
                 next.store(items.len(), Ordering::Relaxed);
             }
-            let mut results = results
-                .lock()
-                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
             results.push((index, result));
         }
     };
@@ -36,9 +34,7 @@ pub fn run<I: Sync, T: Send, E: Send>(
         }
         worker();
     });
-    let mut results = results
-        .into_inner()
-        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
     results.sort_by_key(|(index, _)| *index);
     results.into_iter().map(|(_, result)| result).collect()
 }

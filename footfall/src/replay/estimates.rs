@@ -1,0 +1,111 @@
+//! The table of estimates of one foot, in CSV or Parquet, and those of all feet in one file.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+use estimator_core::ContactEstimate;
+use recordings::output::{Feet, write_header};
+use recordings::parquet_output::{ParquetEstimates, join};
+
+use super::part::Part;
+
+/// How a table is laid out; the name of its file says it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// As text.
+    #[default]
+    Csv,
+    /// As Parquet.
+    Parquet,
+}
+
+impl Layout {
+    /// What the names of files end in.
+    pub const EXTENSIONS: [&'static str; 2] = ["csv", "parquet"];
+
+    /// Of a file of this name; standard output, a pipe and the like get text.
+    #[must_use]
+    pub fn of(path: &Path) -> Self {
+        let extension = path.extension().unwrap_or_default();
+        if extension.eq_ignore_ascii_case("parquet") {
+            Self::Parquet
+        } else {
+            Self::Csv
+        }
+    }
+}
+
+/// The estimates of one foot, until those of the feet before it are written.
+pub enum Estimates {
+    /// As text.
+    Csv(Part),
+    /// As Parquet.
+    Parquet {
+        /// The foot, where the table names it.
+        foot: Option<String>,
+        /// What the recording's clock says at timestamp 0, µs.
+        start_us: i64,
+        /// The rows, in a temporary file.
+        rows: Box<ParquetEstimates<File>>,
+    },
+}
+
+impl Estimates {
+    /// Without a row; `foot` is named in each row where it is given.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub fn new(layout: Layout, foot: Option<String>, start_us: i64) -> io::Result<Self> {
+        Ok(match layout {
+            Layout::Csv => Self::Csv(Part::new(foot, start_us)),
+            Layout::Parquet => {
+                let feet = foot.as_ref().map_or(Feet::One, |_| Feet::Several);
+                Self::Parquet {
+                    foot,
+                    start_us,
+                    rows: Box::new(ParquetEstimates::new(tempfile::tempfile()?, feet)?),
+                }
+            }
+        })
+    }
+
+    /// Appends an estimate.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub fn add(&mut self, estimate: &ContactEstimate) -> io::Result<()> {
+        match self {
+            Self::Csv(part) => part.add(estimate),
+            Self::Parquet {
+                foot,
+                start_us,
+                rows,
+            } => rows.add(foot.as_deref(), estimate, *start_us),
+        }
+    }
+}
+
+/// Writes the tables of all feet as one.
+///
+/// # Errors
+/// What the writer and the temporary files report.
+pub fn write(tables: Vec<Estimates>, feet: Feet, to: &mut dyn Write) -> io::Result<()> {
+    let mut files = Vec::new();
+    let mut has_header = false;
+    for table in tables {
+        match table {
+            Estimates::Csv(mut part) => {
+                if !std::mem::replace(&mut has_header, true) {
+                    write_header(feet, to)?;
+                }
+                part.write(to)?;
+            }
+            Estimates::Parquet { rows, .. } => files.push(rows.finish()?),
+        }
+    }
+    if files.is_empty() {
+        return Ok(());
+    }
+    join(files, to)
+}
