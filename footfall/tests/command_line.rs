@@ -249,15 +249,18 @@ fn a_typing_error_in_an_option_is_answered_with_what_is_near() {
             "{said}"
         );
     }
-    for arguments in [
-        "decode x.csv --output rows.txt",
-        "replay x.csv --output table.svg",
+    for (arguments, expected) in [
+        (
+            "decode x.csv --output rows.txt",
+            "tables are CSV, so the name must end in .csv\n",
+        ),
+        (
+            "replay x.csv --output table.svg",
+            "tables are CSV or Parquet, so the name must end in .csv or .parquet\n",
+        ),
     ] {
         let said = bench.error(arguments);
-        assert!(
-            said.ends_with("tables are CSV, so the name must end in .csv\n"),
-            "{said}"
-        );
+        assert!(said.ends_with(expected), "{said}");
     }
 }
 

@@ -101,7 +101,10 @@ fn axes_that_no_sensor_has_are_named_with_what_to_flip() {
         "x.toml, line 2, column 8, key axes: x,z,y is left-handed, and a sensor is not: \
          flip the sign of one axis, as in x,-z,y or -x,z,y"
     );
-    assert!(message("axes = [1, 2, 3]\n").starts_with("x.toml, line 1, key axes: invalid type"));
+    assert!(
+        message("axes = [1, 2, 3]\n")
+            .starts_with("x.toml, line 1, column 8, key axes: invalid type")
+    );
 }
 
 #[test]
