@@ -2,14 +2,14 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | a log of CAN frames, line by line | `can`, with [`can_log`] and `lines` |
+//! | a log of CAN frames, line by line | `can`, with [`can_log`](crate::can_log) and `lines` |
 //! | a recording of the serial line | `uart` |
 //! | which nodes are feet, and how they are called | [`feet`] |
 //! | a row per contact | [`row`] |
 //! | what came, what is missing, what is wrong | [`report`] |
 //!
 //! Which of the two a file is, and which form a log has, its contents show. Files are read once and
-//! never held whole: of the rows, [`can`] keeps the newest few thousand, to complete them.
+//! never held whole: of the rows, `can` keeps the newest few thousand, to complete them.
 
 mod can;
 pub mod feet;

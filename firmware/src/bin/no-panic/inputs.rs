@@ -171,10 +171,8 @@ pub fn any_params() -> Params {
 
 pub fn any_mounting() -> MountingParams {
     let axis = || {
-        let axes = SensorAxis::ALL.into_iter();
-        axes.skip(usize::from(any::<u8>()))
-            .next()
-            .unwrap_or_default()
+        let mut axes = SensorAxis::ALL.into_iter();
+        axes.nth(usize::from(any::<u8>())).unwrap_or_default()
     };
     if any_bool() {
         MountingParams::Axes([axis(), axis(), axis()])

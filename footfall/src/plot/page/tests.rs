@@ -142,7 +142,7 @@ fn a_line_has_the_recordings_values_at_their_times_and_a_gap_where_there_are_non
         time += step.as_i64().unwrap();
         match level.as_f64() {
             Some(level) => {
-                values.push((time, low + level * (high - low) / number(&load["levels"])))
+                values.push((time, low + level * (high - low) / number(&load["levels"])));
             }
             None => assert!(time % 100_000 == 49_000, "{time}"),
         }
