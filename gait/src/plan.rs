@@ -21,13 +21,24 @@ pub enum Ground {
     Soft,
 }
 
-impl fmt::Display for Ground {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl Ground {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Hard, Self::Greased, Self::Soft];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
             Self::Hard => "hard",
             Self::Greased => "greased",
             Self::Soft => "soft",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Ground {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 

@@ -66,6 +66,7 @@ pub use format::{Content, Format};
 pub use loaded::{Hints, Loaded, Repairs};
 pub use magic::Foreign;
 pub use mapping::Mapping;
+pub use rate::rate_of_times;
 pub use options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Times, Units};
 pub use refusal::ContainerError;
 pub use stored::{About, Stored};

@@ -30,6 +30,19 @@ pub(super) fn sample_rate(
     }
 }
 
+/// The sample rate in Hz of times that advance, µs, and that which is given where there is one, as of
+/// a column `t`.
+///
+/// # Errors
+/// They differ by more than 1 %, or neither tells.
+pub fn rate_of_times(times_us: &[i64], given: Option<f32>) -> Result<f32, InputError> {
+    let mut steps = Steps::default();
+    for pair in times_us.windows(2) {
+        steps.add(pair[0].abs_diff(pair[1]));
+    }
+    sample_rate(&steps, given, "t")
+}
+
 fn agree(measured: f64, given: f32) -> bool {
     (f64::from(given) - measured).abs() <= RATE_TOLERANCE * measured
 }

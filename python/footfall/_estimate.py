@@ -1,0 +1,86 @@
+"""Probabilities of a whole recording that is in arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _footfall
+from ._result import Result
+from ._settings import Config, Gravity, Preset, settings
+
+
+def estimate(
+    acc: npt.ArrayLike,
+    gyr: npt.ArrayLike,
+    t: npt.ArrayLike | None = None,
+    rate: float | None = None,
+    load: npt.ArrayLike | None = None,
+    *,
+    preset: Preset = "default",
+    config: Config | None = None,
+    gravity: Gravity | None = None,
+    validity: npt.ArrayLike | None = None,
+) -> Result:
+    """Estimates the probability of stable contact for every sample, from the past alone.
+
+    Arrays of float32 and float64 are read where they lie, whatever their strides. The global
+    interpreter lock is released meanwhile, so threads estimate several feet at once.
+
+    Parameters
+    ----------
+    acc : array_like, shape (N, 3), m/s²
+        Specific force in the frame of the sensor, gravity included unless `gravity` says otherwise.
+    gyr : array_like, shape (N, 3), rad/s
+        Angular rate in the same frame.
+    t : array_like, shape (N,), s, optional
+        The time of each sample, from any start, advancing by 1 µs at least.
+    rate : float, Hz, optional
+        The sample rate, 20 to 10 000 Hz. Needed without `t`; with it, they agree within 1 %.
+    load : array_like, shape (N,), optional
+        Load on the foot in the unit of the load's thresholds, N by default; not a number where it
+        is not known. Without it the state is ``unknown``, and nothing else changes.
+    preset : {"default", "paper"}
+        Where the parameters start from: the estimate that finds its own limits, or the half-widths
+        of the paper.
+    config : mapping or path, optional
+        Parameters that differ from the preset: the keys of the program's configuration file, or the
+        file.
+    gravity : {"included", "removed"}, optional
+        Whether `acc` contains gravity. The configuration's where it is not given, else included.
+    validity : array_like of uint8, shape (N,), optional
+        What the source knows about each sample, as :attr:`Recording.validity` has it.
+
+    Returns
+    -------
+    Result
+        One estimate for each sample.
+
+    Raises
+    ------
+    ValueError
+        An argument is out of its range; the message names it, its value and the range.
+    TypeError
+        An argument is no array of numbers.
+    """
+    recording: _footfall.RecordingDict = {
+        "acc": _vectors(acc),
+        "gyr": _vectors(gyr),
+        "t": _numbers(t),
+        "load": _numbers(load),
+        "validity": None if validity is None else np.ascontiguousarray(validity, dtype=np.uint8),
+    }
+    arrays = _footfall.estimate(recording, settings(preset, config, gravity, rate))
+    return Result._of(arrays)
+
+
+def _vectors(values: npt.ArrayLike) -> npt.NDArray[np.floating]:
+    """An array that the Rust part reads: as it is, or in float64."""
+    array = np.asarray(values)
+    if array.dtype in (np.float32, np.float64):
+        return array
+    return array.astype(np.float64)
+
+
+def _numbers(values: npt.ArrayLike | None) -> npt.NDArray[np.floating] | None:
+    return None if values is None else _vectors(values)

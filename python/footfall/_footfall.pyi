@@ -1,0 +1,50 @@
+from typing import Any, TypedDict
+
+import numpy as np
+import numpy.typing as npt
+
+from ._settings import SettingsDict
+
+__version__: str
+STATES: list[str]
+FLAGS: list[str]
+AXES: list[str]
+
+class RecordingDict(TypedDict):
+    acc: npt.NDArray[np.floating]
+    gyr: npt.NDArray[np.floating]
+    t: npt.NDArray[np.floating] | None
+    load: npt.NDArray[np.floating] | None
+    validity: npt.NDArray[np.uint8] | None
+
+class ReadDict(TypedDict):
+    format: str | None
+    rate: float | None
+    gravity: str | None
+    map: str | None
+    units: str | None
+    time_unit: str | None
+    times: str | None
+
+class Estimator:
+    def __new__(cls, settings: SettingsDict) -> Estimator: ...
+    def update(
+        self,
+        acc: tuple[float, float, float],
+        gyr: tuple[float, float, float],
+        t: float | None,
+        load: float | None,
+    ) -> tuple[
+        float,
+        tuple[float, float, float],
+        list[float],
+        list[float],
+        list[float],
+        tuple[str, bool, list[str]],
+    ]: ...
+
+def toml_of(json: str) -> str: ...
+def estimate(recording: RecordingDict, settings: SettingsDict) -> dict[str, Any]: ...
+def calibrate(recordings: list[RecordingDict], settings: SettingsDict) -> tuple[str, str]: ...
+def read(path: str, options: ReadDict) -> list[dict[str, Any]]: ...
+def simulate(gait: str, ground: str, seconds: float, seed: int) -> dict[str, Any]: ...

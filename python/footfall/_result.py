@@ -1,0 +1,146 @@
+"""What the estimator says of a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ._footfall import AXES, FLAGS, STATES
+
+if TYPE_CHECKING:
+    import pyarrow
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing about a recording that is not plausible, such as wrong units."""
+
+    name: str
+    """Its name, for programs: one of the list in ``docs/formats.md``."""
+    message: str
+    """The sentence for people."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """A stance, from its touch-down to its lift-off, as the debounced decision has it."""
+
+    kind: Literal["stance"]
+    start: float
+    """When the decision turned to stable, s."""
+    end: float | None
+    """When it turned back, s; ``None`` where the recording ends before."""
+    p_peak: float
+    """The largest probability in it, in [0, 1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """One estimate for each of N samples. All arrays belong to the caller."""
+
+    t: npt.NDArray[np.float64]
+    """Time of the sample, s, shape (N,)."""
+    p_stable: npt.NDArray[np.float32]
+    """The foot does not move at all: stable contact. In [0, 1], shape (N,)."""
+    p_tangential: npt.NDArray[np.float32]
+    """No motion along the ground and no turn about up. In [0, 1], shape (N,)."""
+    p_vertical: npt.NDArray[np.float32]
+    """No lifting and no tilting. In [0, 1], shape (N,)."""
+    p_axes: npt.NDArray[np.float32]
+    """No motion along or about each axis of :data:`AXES`. In [0, 1], shape (N, 6)."""
+    quaternion: npt.NDArray[np.float32]
+    """Orientation w, x, y, z, Hamilton, sensor → world, z up, heading arbitrary. Shape (N, 4)."""
+    linear_acceleration: npt.NDArray[np.float32]
+    """Acceleration without gravity in the frame of the sensor, m/s², shape (N, 3)."""
+    angular_rate: npt.NDArray[np.float32]
+    """Angular rate without bias in the frame of the sensor, rad/s, shape (N, 3)."""
+    gyro_bias: npt.NDArray[np.float32]
+    """Bias of the gyroscope, rad/s, shape (N, 3)."""
+    state: npt.NDArray[np.uint8]
+    """Index into :data:`STATES`; ``unknown`` without a load. Shape (N,)."""
+    decision: npt.NDArray[np.bool_]
+    """The debounced decision: stable or not. Shape (N,)."""
+    flags: npt.NDArray[np.uint8]
+    """Reasons to doubt: bit k stands for ``FLAGS[k]``. Shape (N,)."""
+    rate: float
+    """Sample rate, Hz."""
+    findings: tuple[Finding, ...]
+    """What is not plausible about the recording."""
+    learnt: npt.NDArray[np.float32]
+    """What the estimator has learnt by the end; see :func:`calibrate` for a warm start."""
+
+    @classmethod
+    def _of(cls, arrays: dict[str, Any]) -> Result:
+        findings = tuple(Finding(name, message) for name, message in arrays.pop("findings"))
+        learnt = np.asarray(arrays.pop("learnt"), dtype=np.float32)
+        return cls(**arrays, findings=findings, learnt=learnt)
+
+    def __len__(self) -> int:
+        return len(self.p_stable)
+
+    def __repr__(self) -> str:
+        stable = 100.0 * float(np.mean(self.decision))
+        return f"<footfall.Result: {len(self)} samples at {self.rate:g} Hz, {stable:.1f} % stable>"
+
+    def has_flag(self, name: str) -> npt.NDArray[np.bool_]:
+        """Where a flag of :data:`FLAGS` is raised, shape (N,)."""
+        if name not in FLAGS:
+            raise ValueError(f"flag is {name!r}, but one of {', '.join(FLAGS)} is expected")
+        return (self.flags >> FLAGS.index(name)) & 1 == 1
+
+    def state_names(self) -> npt.NDArray[np.str_]:
+        """The state of each sample by its name, shape (N,)."""
+        return np.array(STATES)[self.state]
+
+    def _columns(self) -> dict[str, npt.NDArray[Any]]:
+        """The columns of the program's table of estimates, by their names there, but for the
+        last: flags are bits here."""
+        columns: dict[str, npt.NDArray[Any]] = {
+            "t": self.t,
+            "p_stable": self.p_stable,
+            "p_tangential": self.p_tangential,
+            "p_vertical": self.p_vertical,
+        }
+        columns |= {f"p_{axis}": self.p_axes[:, k] for k, axis in enumerate(AXES)}
+        for prefix, names, table in (
+            ("q", "wxyz", self.quaternion),
+            ("la", "xyz", self.linear_acceleration),
+            ("bw", "xyz", self.gyro_bias),
+        ):
+            columns |= {prefix + name: table[:, k] for k, name in enumerate(names)}
+        return columns | {"state": self.state, "decision": self.decision, "flags": self.flags}
+
+    def to_structured(self) -> npt.NDArray[np.void]:
+        """One structured array with the columns of the program's table, shape (N,)."""
+        columns = self._columns()
+        dtype = [(name, column.dtype) for name, column in columns.items()]
+        structured = np.empty(len(self), dtype=dtype)
+        for name, column in columns.items():
+            structured[name] = column
+        return structured
+
+    def to_arrow(self) -> pyarrow.Table:
+        """A table of Arrow with the columns of the program's table; needs ``footfall[arrow]``."""
+        import pyarrow
+
+        columns: dict[str, Any] = dict(self._columns())
+        columns["state"] = pyarrow.DictionaryArray.from_arrays(self.state, list(STATES))
+        return pyarrow.table(columns)
+
+    def events(self) -> list[Event]:
+        """The stances of the recording, in order."""
+        turns = np.flatnonzero(np.diff(self.decision.astype(np.int8), prepend=0, append=0))
+        events = []
+        for start, end in zip(turns[::2], turns[1::2]):
+            events.append(
+                Event(
+                    kind="stance",
+                    start=float(self.t[start]),
+                    end=float(self.t[end]) if end < len(self) else None,
+                    p_peak=float(self.p_stable[start:end].max()),
+                )
+            )
+        return events

@@ -1,0 +1,287 @@
+//! A whole recording that is in arrays.
+
+use estimator_core::{
+    AngularRate, ContactEstimate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
+};
+use footfall::calibrate::learnt::LearntCalibration;
+use footfall::calibrate::robot_file::RobotFile;
+use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use recordings::input::rate_of_times;
+use recordings::plausible::Check;
+use recordings::recording::{RecordedSample, Recording};
+use recordings::replay::Replay;
+use recordings::validity::VALIDITIES;
+
+use crate::arrays::{Numbers, NumbersView, Readings, ReadingsView};
+use crate::outputs::Columns;
+use crate::parameters::{Settings, SettingsArguments};
+
+/// The arrays of a recording while no Python code runs.
+struct Recorded<'a> {
+    acc: ReadingsView<'a>,
+    gyr: ReadingsView<'a>,
+    load: Option<NumbersView<'a>>,
+    /// The place of each sample's validity in [`VALIDITIES`]; `None` where all are valid.
+    validity: Option<&'a [u8]>,
+    /// The time of each sample, µs since the first; `None` where they are a period apart.
+    times_us: Option<Vec<u64>>,
+    rate: f32,
+    samples: usize,
+}
+
+impl Recorded<'_> {
+    fn timestamp(&self, sample: usize) -> Timestamp {
+        match &self.times_us {
+            Some(times) => Timestamp::from_micros(times[sample]),
+            None => {
+                let micros = sample as f64 * 1.0e6 / f64::from(self.rate);
+                Timestamp::from_micros(micros.round() as u64)
+            }
+        }
+    }
+
+    fn sample(&self, index: usize, settings: &Settings) -> RecordedSample {
+        let validity = self.validity.map_or(Validity::Valid, |places| {
+            let known = VALIDITIES.get(usize::from(places[index]));
+            known.map_or(Validity::Invalid, |(_, validity)| *validity)
+        });
+        RecordedSample {
+            imu: ImuSample {
+                validity,
+                ..imu_sample(
+                    self.timestamp(index),
+                    self.acc.at(index),
+                    self.gyr.at(index),
+                    settings,
+                )
+            },
+            load: self.load.and_then(|load| known_load(load.at(index))),
+            label: None,
+        }
+    }
+}
+
+/// A sample with what is known to be wrong with the sensor put right.
+pub(crate) fn imu_sample(
+    timestamp: Timestamp,
+    [ax, ay, az]: [f32; 3],
+    [wx, wy, wz]: [f32; 3],
+    settings: &Settings,
+) -> ImuSample {
+    let (specific_force, angular_rate) = settings.correction.apply(
+        SpecificForce(Vec3::new(ax, ay, az)),
+        AngularRate(Vec3::new(wx, wy, wz)),
+    );
+    ImuSample {
+        timestamp,
+        specific_force,
+        angular_rate,
+        validity: Validity::Valid,
+    }
+}
+
+/// A load in N; `None` where it is not known, which is not a number.
+pub(crate) fn known_load(load: f64) -> Option<Load> {
+    load.is_finite().then_some(Load(load as f32))
+}
+
+/// The times in µs, rounded as the program rounds those of a file.
+fn micros(times: NumbersView<'_>, samples: usize) -> PyResult<Vec<i64>> {
+    let mut micros = Vec::with_capacity(samples);
+    for sample in 0..samples {
+        let time = times.at(sample);
+        if !(-9.0e12..=9.0e12).contains(&time) {
+            return Err(PyValueError::new_err(format!(
+                "t[{sample}] is {time}, but a time in s is expected"
+            )));
+        }
+        let now = (time * 1.0e6).round() as i64;
+        if let Some(previous) = micros.last()
+            && now <= *previous
+        {
+            return Err(PyValueError::new_err(format!(
+                "t[{sample}] is {time} s, which does not come after {} s, the time before; times must advance by 1 µs at least",
+                *previous as f64 / 1.0e6
+            )));
+        }
+        micros.push(now);
+    }
+    Ok(micros)
+}
+
+/// The arguments that hold a recording.
+#[derive(FromPyObject)]
+pub(crate) struct Arguments<'py> {
+    #[pyo3(item)]
+    acc: Bound<'py, PyAny>,
+    #[pyo3(item)]
+    gyr: Bound<'py, PyAny>,
+    #[pyo3(item)]
+    t: Option<Bound<'py, PyAny>>,
+    #[pyo3(item)]
+    load: Option<Bound<'py, PyAny>>,
+    /// The place of each sample's validity in [`VALIDITIES`].
+    #[pyo3(item)]
+    validity: Option<PyReadonlyArray1<'py, u8>>,
+}
+
+/// The arrays of a recording, which fit together.
+struct Arrays<'py> {
+    acc: Readings<'py>,
+    gyr: Readings<'py>,
+    load: Option<Numbers<'py>>,
+    validity: Option<PyReadonlyArray1<'py, u8>>,
+    times_us: Option<Vec<i64>>,
+    rate: f32,
+}
+
+impl<'py> Arrays<'py> {
+    fn of(arguments: Arguments<'py>, settings: &Settings) -> PyResult<Self> {
+        let acc = Readings::of("acc", &arguments.acc)?;
+        let gyr = Readings::of("gyr", &arguments.gyr)?;
+        let samples = acc.len();
+        if gyr.len() != samples {
+            return Err(PyValueError::new_err(format!(
+                "gyr has {} samples, but acc has {samples}",
+                gyr.len()
+            )));
+        }
+        if samples == 0 {
+            return Err(PyValueError::new_err("acc is empty: there is no sample"));
+        }
+        let numbers = |name: &str, value: Option<&Bound<'py, PyAny>>| {
+            value.map(|value| Numbers::of(name, value, samples)).transpose()
+        };
+        let load = numbers("load", arguments.load.as_ref())?;
+        let t = numbers("t", arguments.t.as_ref())?;
+        if let Some(places) = &arguments.validity
+            && places.len() != samples
+        {
+            return Err(PyValueError::new_err(format!(
+                "validity has {} values, but acc has {samples} samples",
+                places.len()
+            )));
+        }
+        let times_us = t.map(|t| micros(t.view(), samples)).transpose()?;
+        Ok(Self {
+            rate: rate_of(times_us.as_deref(), settings)?,
+            acc,
+            gyr,
+            load,
+            validity: arguments.validity,
+            times_us,
+        })
+    }
+
+    /// What the caller's clock says at the first sample, µs.
+    fn start_us(&self) -> i64 {
+        let first = self.times_us.as_ref().and_then(|times| times.first());
+        first.copied().unwrap_or(0)
+    }
+
+    fn recorded(&self) -> PyResult<Recorded<'_>> {
+        let start_us = self.start_us();
+        let since_start = |times: &Vec<i64>| times.iter().map(|t| t.abs_diff(start_us)).collect();
+        Ok(Recorded {
+            acc: self.acc.view(),
+            gyr: self.gyr.view(),
+            load: self.load.as_ref().map(Numbers::view),
+            validity: match &self.validity {
+                Some(places) => Some(places.as_slice()?),
+                None => None,
+            },
+            times_us: self.times_us.as_ref().map(since_start),
+            rate: self.rate,
+            samples: self.acc.len(),
+        })
+    }
+}
+
+/// Estimates a whole recording; see `footfall.estimate`.
+#[pyfunction]
+pub(crate) fn estimate<'py>(
+    py: Python<'py>,
+    recording: Arguments<'py>,
+    settings: SettingsArguments,
+) -> PyResult<Bound<'py, PyDict>> {
+    let settings = settings.read()?;
+    let arrays = Arrays::of(recording, &settings)?;
+    let start_us = arrays.start_us();
+    let recorded = arrays.recorded()?;
+    let (columns, findings, learnt) = py
+        .detach(|| run(&recorded, &settings, start_us))
+        .map_err(PyValueError::new_err)?;
+    let dict = columns.into_dict(py)?;
+    dict.set_item("rate", f64::from(arrays.rate))?;
+    dict.set_item("findings", findings)?;
+    dict.set_item("learnt", learnt)?;
+    Ok(dict)
+}
+
+/// Learns a foot from recordings; see `footfall.calibrate`. Returns the keys of a configuration and
+/// a report, both as JSON.
+#[pyfunction]
+pub(crate) fn calibrate<'py>(
+    py: Python<'py>,
+    recordings: Vec<Arguments<'py>>,
+    settings: SettingsArguments,
+) -> PyResult<(String, String)> {
+    let settings = settings.read()?;
+    let error = |error: &dyn std::fmt::Display| PyValueError::new_err(error.to_string());
+    let mut calibration = LearntCalibration::new(&settings.params).map_err(|e| error(&e))?;
+    for (place, arguments) in recordings.into_iter().enumerate() {
+        let arrays = Arrays::of(arguments, &settings)?;
+        let recorded = arrays.recorded()?;
+        let recording = Recording {
+            name: format!("recording {place}"),
+            sample_rate: recorded.rate,
+            gravity: settings.gravity,
+            load_title: String::new(),
+            samples: (0..recorded.samples)
+                .map(|index| recorded.sample(index, &settings))
+                .collect(),
+        };
+        py.detach(|| calibration.add(&recording))
+            .map_err(|e| PyValueError::new_err(format!("parameter {e}")))?;
+    }
+    let foot = calibration.finish().map_err(|e| error(&e))?;
+    let mut file = RobotFile::keeping("").map_err(|e| error(&e))?;
+    file.set_learnt(&foot);
+    let keys: toml::Value = toml::from_str(&file.text()).map_err(|e| error(&e))?;
+    let keys = serde_json::to_string(&keys).map_err(|e| error(&e))?;
+    let report = serde_json::to_string(&foot).map_err(|e| error(&e))?;
+    Ok((keys, report))
+}
+
+/// The sample rate in Hz, which times and argument agree on.
+fn rate_of(times_us: Option<&[i64]>, settings: &Settings) -> PyResult<f32> {
+    let error = |error: recordings::input::InputError| PyValueError::new_err(error.to_string());
+    match times_us {
+        Some(times) => rate_of_times(times, settings.rate).map_err(error),
+        None => settings.rate.ok_or_else(|| {
+            PyValueError::new_err("give the times t in s, or the sample rate in Hz as rate")
+        }),
+    }
+}
+
+type Run = (Columns, Vec<(&'static str, String)>, Vec<f32>);
+
+fn run(recorded: &Recorded<'_>, settings: &Settings, start_us: i64) -> Result<Run, String> {
+    let mut replay = Replay::new(recorded.rate, settings.gravity, &settings.params)
+        .map_err(|error| format!("parameter {error}"))?;
+    let mut check = Check::new(recorded.rate, settings.gravity);
+    let mut columns = Columns::with_capacity(recorded.samples);
+    for index in 0..recorded.samples {
+        let sample = recorded.sample(index, settings);
+        let estimate: ContactEstimate = replay.update(&sample);
+        check.add(&sample);
+        check.add_estimate(&sample, &estimate);
+        columns.push(&estimate, start_us);
+    }
+    let findings = check.findings();
+    let findings = findings.iter().map(|f| (f.name(), f.to_string())).collect();
+    Ok((columns, findings, replay.finish().to_array().to_vec()))
+}

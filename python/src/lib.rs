@@ -1,0 +1,48 @@
+//! The part of the Python package `footfall` that is in Rust: the program's libraries on numpy
+//! arrays. What a user sees of it is in `footfall/*.py`, with the documentation.
+//!
+//! | what | file |
+//! |---|---|
+//! | arrays in, without a copy | [`arrays`] |
+//! | preset and configuration become parameters | [`parameters`] |
+//! | a whole recording, and what it teaches | [`estimate`] |
+//! | sample by sample | [`stream`] |
+//! | files become arrays | [`reading`] |
+//! | a simulated foot | [`simulation`] |
+
+mod arrays;
+mod estimate;
+mod outputs;
+mod parameters;
+mod reading;
+mod simulation;
+mod stream;
+
+use pyo3::prelude::*;
+
+/// The module `footfall._footfall`.
+#[pymodule]
+mod _footfall {
+    #[pymodule_export]
+    use super::estimate::{calibrate, estimate};
+    #[pymodule_export]
+    use super::parameters::toml_of;
+    #[pymodule_export]
+    use super::reading::read;
+    #[pymodule_export]
+    use super::simulation::simulate;
+    #[pymodule_export]
+    use super::stream::Estimator;
+
+    use estimator_core::{Axis, Flag, Phase};
+    use pyo3::prelude::*;
+
+    /// Names that Python code needs in the order of their numbers.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("STATES", Phase::ALL.map(Phase::name).to_vec())?;
+        module.add("FLAGS", Flag::ALL.map(Flag::name).to_vec())?;
+        module.add("AXES", Axis::ALL.map(Axis::name).to_vec())
+    }
+}

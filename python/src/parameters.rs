@@ -1,0 +1,100 @@
+//! Preset and configuration become parameters, as those of the program do; the load trigger of a preset depends on the format of the
+//! recording, as its load does.
+
+use estimator_core::{Gravity, Params};
+use footfall::config::{Overrides, Preset};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use recordings::input::{Correction, Format};
+
+/// What the estimator is set to, and what is known about the sensor.
+pub(crate) struct Settings {
+    pub(crate) params: Params,
+    pub(crate) correction: Correction,
+    /// Whether the accelerations contain gravity.
+    pub(crate) gravity: Gravity,
+    /// The sample rate in Hz, where it is given.
+    pub(crate) rate: Option<f32>,
+}
+
+/// The arguments that set the estimator.
+#[derive(FromPyObject)]
+pub(crate) struct SettingsArguments {
+    #[pyo3(item)]
+    preset: String,
+    /// The name of a configuration file, and its text.
+    #[pyo3(item)]
+    config: Option<(String, String)>,
+    #[pyo3(item)]
+    gravity: Option<String>,
+    #[pyo3(item)]
+    rate: Option<f64>,
+    /// The format of the recording, as `--format` has it.
+    #[pyo3(item)]
+    format: Option<String>,
+}
+
+impl SettingsArguments {
+    /// Reads and checks them.
+    pub(crate) fn read(&self) -> PyResult<Settings> {
+        let preset = match self.preset.as_str() {
+            "default" => Preset::Default,
+            "paper" => Preset::Paper,
+            other => {
+                return Err(PyValueError::new_err(format!(
+                    "preset is {other:?}, but \"default\" or \"paper\" is expected"
+                )));
+            }
+        };
+        let overrides = match &self.config {
+            None => Overrides::default(),
+            Some((file, text)) => Overrides::parse(text, file)
+                .map_err(|error| PyValueError::new_err(error.to_string()))?,
+        };
+        let gravity = gravity(self.gravity.as_deref())?.or(overrides.gravity);
+        let correction = overrides
+            .correction("config")
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let format = match &self.format {
+            None => Format::Csv,
+            Some(name) => name.parse().map_err(PyValueError::new_err)?,
+        };
+        let mut params = preset.params(format);
+        overrides.apply(&mut params);
+        if let Some(rate) = self.rate
+            && !(rate > 0.0 && rate.is_finite())
+        {
+            return Err(PyValueError::new_err(format!(
+                "rate is {rate}, but a sample rate in Hz above 0 is expected"
+            )));
+        }
+        Ok(Settings {
+            params,
+            correction,
+            gravity: gravity.unwrap_or(Gravity::Included),
+            rate: self.rate.map(|rate| rate as f32).or(overrides.sample_rate_hz),
+        })
+    }
+}
+
+/// Reads whether accelerations contain gravity.
+pub(crate) fn gravity(name: Option<&str>) -> PyResult<Option<Gravity>> {
+    match name {
+        None => Ok(None),
+        Some("included") => Ok(Some(Gravity::Included)),
+        Some("removed") => Ok(Some(Gravity::Removed)),
+        Some(other) => Err(PyValueError::new_err(format!(
+            "gravity is {other:?}, but \"included\" or \"removed\" is expected"
+        ))),
+    }
+}
+
+/// The TOML of a dict that Python gave as JSON.
+#[pyfunction]
+pub(crate) fn toml_of(json: &str) -> PyResult<String> {
+    let error = |error: &dyn std::fmt::Display| {
+        PyValueError::new_err(format!("config cannot be read: {error}"))
+    };
+    let value: toml::Value = serde_json::from_str(json).map_err(|e| error(&e))?;
+    toml::to_string(&value).map_err(|e| error(&e))
+}

@@ -1,0 +1,117 @@
+//! Sample by sample, as a robot has them.
+
+use estimator_core::{ContactEstimate, Decision, Flag, Phase, Quaternion, Timestamp, Vec3};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use recordings::recording::RecordedSample;
+use recordings::replay::Replay;
+
+use crate::estimate::{imu_sample, known_load};
+use crate::parameters::{Settings, SettingsArguments};
+
+/// The estimator of one foot; see `footfall.Estimator`.
+#[pyclass(module = "footfall._footfall")]
+pub(crate) struct Estimator {
+    settings: Settings,
+    replay: Replay,
+    /// What the caller's clock said at the first sample, µs.
+    start_us: Option<i64>,
+    /// The newest time, µs on the caller's clock.
+    newest_us: i64,
+    samples: u64,
+    rate: f32,
+}
+
+/// One estimate; the names are those of `footfall.Estimate`.
+type Row = (
+    f64,
+    (f32, f32, f32),
+    [f32; 6],
+    [f32; 4],
+    [f32; 3],
+    (&'static str, bool, Vec<&'static str>),
+);
+
+#[pymethods]
+impl Estimator {
+    #[new]
+    fn new(settings: SettingsArguments) -> PyResult<Self> {
+        let settings = settings.read()?;
+        let rate = settings.rate.ok_or_else(|| {
+            PyValueError::new_err("give the sample rate in Hz as rate")
+        })?;
+        let replay = Replay::new(rate, settings.gravity, &settings.params)
+            .map_err(|error| PyValueError::new_err(format!("parameter {error}")))?;
+        Ok(Self {
+            settings,
+            replay,
+            start_us: None,
+            newest_us: 0,
+            samples: 0,
+            rate,
+        })
+    }
+
+    /// The estimate of the next sample.
+    #[pyo3(signature = (acc, gyr, t, load))]
+    fn update(
+        &mut self,
+        acc: [f64; 3],
+        gyr: [f64; 3],
+        t: Option<f64>,
+        load: Option<f64>,
+    ) -> PyResult<Row> {
+        let now_us = match t {
+            Some(time) if (-9.0e12..=9.0e12).contains(&time) => (time * 1.0e6).round() as i64,
+            Some(time) => {
+                return Err(PyValueError::new_err(format!(
+                    "t is {time}, but a time in s is expected"
+                )));
+            }
+            None => {
+                let steady = self.samples as f64 * 1.0e6 / f64::from(self.rate);
+                self.start_us.unwrap_or(0) + steady.round() as i64
+            }
+        };
+        if self.samples > 0 && now_us <= self.newest_us {
+            return Err(PyValueError::new_err(format!(
+                "t is {} s, which does not come after {} s, the time before",
+                now_us as f64 / 1.0e6,
+                self.newest_us as f64 / 1.0e6
+            )));
+        }
+        let start_us = *self.start_us.get_or_insert(now_us);
+        self.newest_us = now_us;
+        self.samples += 1;
+        let single = |values: [f64; 3]| values.map(|value| value as f32);
+        let timestamp = Timestamp::from_micros(now_us.abs_diff(start_us));
+        let sample = RecordedSample {
+            imu: imu_sample(timestamp, single(acc), single(gyr), &self.settings),
+            load: load.and_then(known_load),
+            label: None,
+        };
+        Ok(row(&self.replay.update(&sample), now_us))
+    }
+}
+
+fn row(estimate: &ContactEstimate, now_us: i64) -> Row {
+    let p = estimate.probabilities;
+    let Quaternion { w, x, y, z } = estimate.orientation;
+    let Vec3 {
+        x: lax,
+        y: lay,
+        z: laz,
+    } = estimate.linear_acceleration.0;
+    (
+        now_us as f64 / 1.0e6,
+        (p.stable, p.tangential, p.vertical),
+        p.axes.to_array(),
+        [w, x, y, z],
+        [lax, lay, laz],
+        (
+            Phase::name(estimate.phase),
+            estimate.decision == Decision::Stable,
+            estimate.flags.iter().map(Flag::name).collect(),
+        ),
+    )
+}

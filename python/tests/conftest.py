@@ -1,0 +1,47 @@
+"""What the tests share: the program, and recordings of all kinds."""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import footfall
+
+DATASETS = Path(os.environ.get("FOOTFALL_DATASETS", Path(__file__).parents[3] / "shared/datasets"))
+
+
+@pytest.fixture(scope="session")
+def program() -> str:
+    """The program `footfall`, built from the same sources."""
+    path = os.environ.get("FOOTFALL_PROGRAM")
+    if path is None:
+        pytest.skip("FOOTFALL_PROGRAM does not name the program")
+    return path
+
+
+@pytest.fixture(scope="session")
+def walk() -> footfall.Recording:
+    """Twenty seconds of a simulated walk."""
+    return footfall.simulate("walk", 20.0, seed=3)
+
+
+def rows(program: str, *arguments: str, cwd: Path) -> list[dict[str, str]]:
+    """The table that a replay of the program writes."""
+    command = [program, "replay", *arguments, "--output", "estimates.csv"]
+    subprocess.run(command, cwd=cwd, check=True, capture_output=True)
+    with open(cwd / "estimates.csv", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def published() -> Iterator[tuple[str, Path]]:
+    """The recordings published with the method, with their formats."""
+    required = os.environ.get("FOOTFALL_REQUIRE_EVERYTHING") == "1"
+    for pattern, format in (("ATLAS*.csv", "pce-atlas"), ("GO1*.csv", "pce-go1")):
+        found = sorted((DATASETS / "pce").rglob(pattern))
+        assert found or not required, f"{pattern} is missing in {DATASETS / 'pce'}"
+        yield from ((format, path) for path in found)

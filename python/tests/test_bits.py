@@ -1,0 +1,107 @@
+"""The package says what the program says, to the last bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import footfall
+from conftest import published, rows
+
+COLUMNS = {
+    "p_stable": ("p_stable", None),
+    "p_tangential": ("p_tangential", None),
+    "p_vertical": ("p_vertical", None),
+    **{f"p_{axis}": ("p_axes", k) for k, axis in enumerate(footfall.AXES)},
+    **{f"q{name}": ("quaternion", k) for k, name in enumerate("wxyz")},
+    **{f"la{name}": ("linear_acceleration", k) for k, name in enumerate("xyz")},
+    **{f"bw{name}": ("gyro_bias", k) for k, name in enumerate("xyz")},
+}
+
+
+def assert_same(result: footfall.Result, table: list[dict[str, str]]) -> None:
+    """Compares every column of the program's table with its array."""
+    assert len(result) == len(table)
+    for column, (attribute, index) in COLUMNS.items():
+        array = getattr(result, attribute)
+        array = array if index is None else array[:, index]
+        expected = np.array([row[column] for row in table], dtype=np.float32)
+        assert np.array_equal(array.view(np.uint32), expected.view(np.uint32)), column
+    assert list(result.state_names()) == [row["state"] for row in table]
+    assert list(result.decision) == [row["decision"] == "1" for row in table]
+    micros = np.array([round(float(row["t"]) * 1e6) for row in table])
+    assert np.array_equal(np.round(result.t * 1e6), micros)
+    for name in footfall.FLAGS:
+        expected_flag = np.array([name in row["flags"].split("|") for row in table])
+        assert np.array_equal(result.has_flag(name), expected_flag), name
+
+
+@pytest.mark.parametrize(("format", "path"), published(), ids=lambda value: str(value)[-24:])
+@pytest.mark.parametrize("preset", ["default", "paper"])
+def test_published_recordings_have_the_programs_bits(
+    program: str, tmp_path: Path, format: str, path: Path, preset: footfall._settings.Preset
+) -> None:
+    options = ["--format", format, "--preset", preset]
+    table = rows(program, str(path), *options, cwd=tmp_path)
+    [recording] = footfall.read(path, format=format)
+    assert_same(recording.estimate(preset=preset), table)
+
+
+def test_a_simulated_walk_has_the_programs_bits_by_way_of_a_file(
+    program: str, tmp_path: Path, walk: footfall.Recording
+) -> None:
+    write(walk, tmp_path / "walk.csv")
+    table = rows(program, "walk.csv", cwd=tmp_path)
+    assert_same(walk.estimate(), table)
+    assert walk.load is not None
+    assert_same(footfall.estimate(walk.acc, walk.gyr, walk.t, load=walk.load), table)
+
+
+def test_a_configuration_has_the_programs_effect(
+    program: str, tmp_path: Path, walk: footfall.Recording
+) -> None:
+    config = {"accelerometer": {"bias": [0.1, -0.2, 0.05]}, "decision": {"on_delay": 0.05}}
+    (tmp_path / "robot.toml").write_text(
+        "accelerometer.bias = [0.1, -0.2, 0.05]\ndecision.on_delay = 0.05\n"
+    )
+    write(walk, tmp_path / "walk.csv")
+    table = rows(program, "walk.csv", "--config", "robot.toml", cwd=tmp_path)
+    assert_same(walk.estimate(config=config), table)
+    assert_same(walk.estimate(config=tmp_path / "robot.toml"), table)
+
+
+def test_a_stream_has_the_bits_of_the_whole(walk: footfall.Recording) -> None:
+    whole = walk.estimate()
+    foot = footfall.Estimator(rate=walk.rate)
+    assert walk.load is not None
+    for k in range(len(walk)):
+        estimate = foot.update(walk.acc[k], walk.gyr[k], walk.t[k], walk.load[k])
+        assert np.float32(estimate.p_stable) == whole.p_stable[k]
+        assert np.array_equal(np.float32(estimate.p_axes), whole.p_axes[k])
+        assert np.array_equal(np.float32(estimate.quaternion), whole.quaternion[k])
+        assert estimate.state == footfall.STATES[whole.state[k]]
+        assert estimate.decision == whole.decision[k]
+        assert estimate.t == whole.t[k]
+
+
+def test_double_precision_and_strides_change_nothing(walk: footfall.Recording) -> None:
+    expected = footfall.estimate(walk.acc, walk.gyr, walk.t)
+    double = footfall.estimate(walk.acc.astype(np.float64), walk.gyr.astype(np.float64), walk.t)
+    wide = np.zeros((len(walk), 14), dtype=np.float32)
+    wide[:, 1:7:2], wide[:, 7:13:2] = walk.acc, walk.gyr
+    strided = footfall.estimate(wide[:, 1:7:2], wide[:, 7:13:2], walk.t)
+    for other in (double, strided):
+        assert np.array_equal(other.p_stable, expected.p_stable)
+        assert np.array_equal(other.quaternion, expected.quaternion)
+
+
+def write(recording: footfall.Recording, path: Path) -> None:
+    """Writes a recording as the program's table: numbers read back as the same float32."""
+    assert recording.load is not None
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("t,ax,ay,az,wx,wy,wz,force\n")
+        for t, acc, gyr, load in zip(recording.t, recording.acc, recording.gyr, recording.load):
+            cells = [f"{t:.6f}", *map(str, acc), *map(str, gyr), repr(float(load))]
+            file.write(",".join(cells) + "\n")

@@ -1,0 +1,140 @@
+"""What results hold, and what is refused."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import footfall
+
+
+def standing(samples: int = 2000) -> tuple[np.ndarray, np.ndarray]:
+    acc = np.tile(np.float32([0.0, 0.0, 9.81]), (samples, 1))
+    return acc, np.zeros_like(acc)
+
+
+def test_a_standing_foot_is_stable_and_plausible() -> None:
+    result = footfall.estimate(*standing(), rate=1000.0)
+    assert result.p_stable[-1] > 0.9
+    assert result.decision[-1]
+    assert result.rate == 1000.0
+    assert result.findings == ()
+    assert set(result.state_names()) == {"unknown"}
+    assert "2000 samples at 1000 Hz" in repr(result)
+
+
+def test_wrong_units_are_a_finding() -> None:
+    acc, gyr = standing()
+    [finding] = footfall.estimate(acc / 9.81, gyr, rate=1000.0).findings
+    assert finding.name == "acceleration_in_g"
+    assert "--units g" in finding.message
+
+
+def test_structured_and_arrow_have_the_programs_columns(walk: footfall.Recording) -> None:
+    result = walk.estimate()
+    structured = result.to_structured()
+    table = result.to_arrow()
+    assert table.column_names == list(structured.dtype.names or ())
+    assert table.num_rows == len(structured) == len(walk)
+    assert np.array_equal(structured["p_wy"], result.p_axes[:, 4])
+    assert np.array_equal(table["qz"].to_numpy(), result.quaternion[:, 3])
+    assert table["state"].to_pylist() == list(result.state_names())
+
+
+def test_each_stance_is_an_event(walk: footfall.Recording) -> None:
+    result = walk.estimate()
+    events = result.events()
+    assert len(events) == np.sum(np.diff(result.decision.astype(int), prepend=0) == 1)
+    for event in events:
+        assert event.end is None or event.end > event.start
+        assert 0.5 < event.p_peak <= 1.0
+    assert events[-1].end is None or not result.decision[-1]
+
+
+def test_a_warm_start_begins_settled(walk: footfall.Recording) -> None:
+    calibration = footfall.calibrate(walk)
+    assert calibration.report["settled"] is True
+    assert walk.estimate().has_flag("settling").any()
+    assert not walk.estimate(config=calibration.config).has_flag("settling").any()
+
+
+def test_a_file_is_read_with_its_load_labels_and_notices(tmp_path: Path) -> None:
+    path = tmp_path / "walk.csv"
+    rows = "".join(f"{k / 100:.2f},0,0,1,0,0,0,{k},1,x\n" for k in range(100))
+    path.write_text("t,ax,ay,az,wx,wy,wz,force,label,note\n" + rows)
+    [recording] = footfall.read(path, units="g,dps")
+    assert (recording.rate, recording.gravity, recording.format) == (100.0, "included", "csv")
+    assert recording.load is not None and recording.label is not None
+    assert np.array_equal(recording.load, np.arange(100.0))
+    assert (recording.label == 1).all()
+    assert np.allclose(recording.acc[:, 2], 9.80665)
+    assert any("note" in notice for notice in recording.notices)
+    assert "100 samples at 100 Hz" in repr(recording)
+
+
+def test_threads_estimate_several_feet_at_once(walk: footfall.Recording) -> None:
+    expected = walk.estimate().p_stable
+    results: list[footfall.Result] = []
+    work = [threading.Thread(target=lambda: results.append(walk.estimate())) for _ in range(4)]
+    for thread in work:
+        thread.start()
+    for thread in work:
+        thread.join()
+    assert all(np.array_equal(result.p_stable, expected) for result in results)
+    assert len(results) == 4
+
+
+ACC, GYR = standing(10)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: footfall.estimate(ACC, GYR), "give the times t in s, or the sample rate"),
+        (lambda: footfall.estimate(ACC, GYR[:5], rate=100.0), "gyr has 5 samples, but acc has 10"),
+        (lambda: footfall.estimate(ACC[:0], GYR[:0], rate=100.0), "acc is empty"),
+        (lambda: footfall.estimate(ACC[:, :2], GYR, rate=100.0), r"acc has the shape \[10, 2\]"),
+        (lambda: footfall.estimate(ACC, GYR, np.zeros(10)), r"t\[1\] is 0 s, which does not come"),
+        (lambda: footfall.estimate(ACC, GYR, np.full(10, np.nan)), r"t\[0\] is NaN"),
+        (lambda: footfall.estimate(ACC, GYR, np.arange(9)), "t has 9 values, but acc has 10"),
+        (lambda: footfall.estimate(ACC, GYR, rate=1.0), "sample_rate"),
+        (lambda: footfall.estimate(ACC, GYR, rate=-5.0), "rate is -5"),
+        (
+            lambda: footfall.estimate(ACC, GYR, np.arange(10) / 100, rate=200.0),
+            "column t says 100 Hz, but the sample rate was given as 200 Hz",
+        ),
+        (lambda: footfall.estimate(ACC, GYR, rate=100.0, preset="best"), '"default" or "paper"'),  # type: ignore[arg-type]
+        (lambda: footfall.estimate(ACC, GYR, rate=100.0, gravity="no"), '"included" or "removed"'),  # type: ignore[arg-type]
+        (lambda: footfall.estimate(ACC, GYR, rate=100.0, config={"decision": {"on": 1}}), "on"),
+        (lambda: footfall.estimate(ACC, GYR, rate=100.0, config={"x": None}), "config"),
+        (lambda: footfall.simulate("hop"), "hop"),
+        (lambda: footfall.simulate("walk", ground="ice"), "hard, greased, soft"),
+        (lambda: footfall.simulate("walk", float("inf")), "seconds is inf"),
+        (lambda: footfall.calibrate([]), "nothing to learn from"),
+        (lambda: footfall.Estimator(rate=0.0), "rate is 0"),
+        (lambda: footfall.read(__file__), "test_results.py"),
+    ],
+)
+def test_what_is_out_of_range_is_named_with_its_value_and_range(call, message: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_what_is_no_array_of_numbers_is_a_type_error() -> None:
+    with pytest.raises((TypeError, ValueError), match=r"acc|could not convert"):
+        footfall.estimate([["a", "b", "c"]], [[0.0, 0.0, 0.0]], rate=100.0)
+    with pytest.raises(OSError, match="nowhere.csv"):
+        footfall.read("nowhere.csv")
+
+
+def test_a_time_that_does_not_advance_is_refused_and_the_stream_goes_on() -> None:
+    foot = footfall.Estimator(rate=1000.0)
+    sample = ((0.0, 0.0, 9.81), (0.0, 0.0, 0.0))
+    foot.update(*sample, t=5.0)
+    with pytest.raises(ValueError, match="does not come after 5 s"):
+        foot.update(*sample, t=5.0)
+    assert foot.update(*sample, t=5.001).t == 5.001
+    assert foot.update(*sample).t == 5.002
