@@ -153,7 +153,9 @@ impl<'py> Arrays<'py> {
             return Err(PyValueError::new_err("acc is empty: there is no sample"));
         }
         let numbers = |name: &str, value: Option<&Bound<'py, PyAny>>| {
-            value.map(|value| Numbers::of(name, value, samples)).transpose()
+            value
+                .map(|value| Numbers::of(name, value, samples))
+                .transpose()
         };
         let load = numbers("load", arguments.load.as_ref())?;
         let t = numbers("t", arguments.t.as_ref())?;

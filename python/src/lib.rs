@@ -10,6 +10,9 @@
 //! | files become arrays | [`reading`] |
 //! | a simulated foot | [`simulation`] |
 
+// What Python hands over is a value of its own, whatever becomes of it.
+#![allow(clippy::needless_pass_by_value)]
+
 mod arrays;
 mod estimate;
 mod outputs;

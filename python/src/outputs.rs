@@ -53,7 +53,10 @@ impl Columns {
         let Quaternion { w, x, y, z } = estimate.orientation;
         self.quaternion.extend([w, x, y, z]);
         let vectors = [
-            (&mut self.linear_acceleration, estimate.linear_acceleration.0),
+            (
+                &mut self.linear_acceleration,
+                estimate.linear_acceleration.0,
+            ),
             (&mut self.angular_rate, estimate.angular_rate.0),
             (&mut self.gyro_bias, estimate.gyro_bias.0),
         ];

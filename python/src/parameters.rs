@@ -72,7 +72,10 @@ impl SettingsArguments {
             params,
             correction,
             gravity: gravity.unwrap_or(Gravity::Included),
-            rate: self.rate.map(|rate| rate as f32).or(overrides.sample_rate_hz),
+            rate: self
+                .rate
+                .map(|rate| rate as f32)
+                .or(overrides.sample_rate_hz),
         })
     }
 }

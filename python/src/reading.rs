@@ -69,7 +69,6 @@ pub(crate) fn read<'py>(
             units: parsed("units", options.units.as_ref())?.unwrap_or_default(),
             time_unit: parsed("time_unit", options.time_unit.as_ref())?,
             times: parsed("times", options.times.as_ref())?.unwrap_or_default(),
-            ..TableOptions::default()
         },
         ..Hints::default()
     };
@@ -80,7 +79,10 @@ pub(crate) fn read<'py>(
             let format = opened.format();
             let stored = opened.store_all(&hints)?;
             let file = path.display().to_string();
-            let columns = stored.into_iter().map(columns).collect::<Result<Vec<_>, _>>();
+            let columns = stored
+                .into_iter()
+                .map(columns)
+                .collect::<Result<Vec<_>, _>>();
             let columns = columns.map_err(|source| InputError::Spool { file, source })?;
             Ok((columns, format))
         })
@@ -117,7 +119,8 @@ fn columns(mut stored: Stored) -> std::io::Result<Read> {
         read.acc.extend([x, y, z]);
         let Vec3 { x, y, z } = sample.imu.angular_rate.0;
         read.gyr.extend([x, y, z]);
-        read.load.push(sample.load.map_or(f64::NAN, |Load(load)| f64::from(load)));
+        read.load
+            .push(sample.load.map_or(f64::NAN, |Load(load)| f64::from(load)));
         read.has_load |= sample.load.is_some();
         read.label.push(match sample.label {
             None => -1,

@@ -7,7 +7,7 @@ use numpy::ndarray::Array2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::recording::Label;
+use recordings::recording::{Label, RecordedSample};
 
 /// The longest walk, s.
 const LONGEST_S: f64 = 86_400.0;
@@ -29,7 +29,9 @@ pub(crate) fn simulate<'py>(
         .find(|known| known.name() == ground)
         .ok_or_else(|| {
             let known = Ground::ALL.map(Ground::name).join(", ");
-            PyValueError::new_err(format!("ground is {ground:?}, but one of {known} is expected"))
+            PyValueError::new_err(format!(
+                "ground is {ground:?}, but one of {known} is expected"
+            ))
         })?;
     if !(0.001..=LONGEST_S).contains(&seconds) {
         return Err(PyValueError::new_err(format!(
@@ -41,11 +43,14 @@ pub(crate) fn simulate<'py>(
         gait::record(&plan, &SensorParams::LSM6DSOX, seed)
     });
     let samples = &recording.samples;
-    let vectors = |pick: fn(&recordings::recording::RecordedSample) -> Vec3| {
-        let numbers = samples.iter().map(pick).flat_map(|Vec3 { x, y, z }| [x, y, z]);
+    let vectors = |pick: fn(&RecordedSample) -> Vec3| {
+        let numbers = samples
+            .iter()
+            .map(pick)
+            .flat_map(|Vec3 { x, y, z }| [x, y, z]);
         Array2::from_shape_vec((samples.len(), 3), numbers.collect()).unwrap_or_default()
     };
-    let time: Vec<f64> = samples.iter().map(|sample| sample.time_s()).collect();
+    let time: Vec<f64> = samples.iter().map(RecordedSample::time_s).collect();
     let load: Vec<f64> = samples
         .iter()
         .map(|sample| sample.load.map_or(f64::NAN, |load| f64::from(load.0)))

@@ -37,9 +37,9 @@ impl Estimator {
     #[new]
     fn new(settings: SettingsArguments) -> PyResult<Self> {
         let settings = settings.read()?;
-        let rate = settings.rate.ok_or_else(|| {
-            PyValueError::new_err("give the sample rate in Hz as rate")
-        })?;
+        let rate = settings
+            .rate
+            .ok_or_else(|| PyValueError::new_err("give the sample rate in Hz as rate"))?;
         let replay = Replay::new(rate, settings.gravity, &settings.params)
             .map_err(|error| PyValueError::new_err(format!("parameter {error}")))?;
         Ok(Self {

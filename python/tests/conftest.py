@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import os
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -38,10 +37,12 @@ def rows(program: str, *arguments: str, cwd: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def published() -> Iterator[tuple[str, Path]]:
+def published() -> list[tuple[str, Path]]:
     """The recordings published with the method, with their formats."""
+    recordings: list[tuple[str, Path]] = []
     required = os.environ.get("FOOTFALL_REQUIRE_EVERYTHING") == "1"
     for pattern, format in (("ATLAS*.csv", "pce-atlas"), ("GO1*.csv", "pce-go1")):
         found = sorted((DATASETS / "pce").rglob(pattern))
         assert found or not required, f"{pattern} is missing in {DATASETS / 'pce'}"
-        yield from ((format, path) for path in found)
+        recordings += [(format, path) for path in found]
+    return recordings

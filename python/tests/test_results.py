@@ -6,13 +6,16 @@ import threading
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import footfall
 
 
-def standing(samples: int = 2000) -> tuple[np.ndarray, np.ndarray]:
-    acc = np.tile(np.float32([0.0, 0.0, 9.81]), (samples, 1))
+def standing(
+    samples: int = 2000,
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    acc = np.tile(np.array([0.0, 0.0, 9.81], dtype=np.float32), (samples, 1))
     return acc, np.zeros_like(acc)
 
 
@@ -104,7 +107,7 @@ ACC, GYR = standing(10)
         (lambda: footfall.estimate(ACC, GYR, rate=-5.0), "rate is -5"),
         (
             lambda: footfall.estimate(ACC, GYR, np.arange(10) / 100, rate=200.0),
-            "column t says 100 Hz, but the sample rate was given as 200 Hz",
+            "column t says 100.00 Hz, but the sample rate was given as 200 Hz",
         ),
         (lambda: footfall.estimate(ACC, GYR, rate=100.0, preset="best"), '"default" or "paper"'),  # type: ignore[arg-type]
         (lambda: footfall.estimate(ACC, GYR, rate=100.0, gravity="no"), '"included" or "removed"'),  # type: ignore[arg-type]

@@ -7,6 +7,9 @@ import os
 from collections.abc import Mapping
 from typing import Any, Literal, TypedDict, Union
 
+import numpy as np
+import numpy.typing as npt
+
 from . import _footfall
 
 Preset = Literal["default", "paper"]
@@ -15,11 +18,34 @@ Config = Union[Mapping[str, Any], str, "os.PathLike[str]"]
 
 
 class SettingsDict(TypedDict):
+    """The arguments that set the estimator."""
+
     preset: str
     config: tuple[str, str] | None
     gravity: str | None
     rate: float | None
     format: str | None
+
+
+class RecordingDict(TypedDict):
+    """The arrays of a recording."""
+
+    acc: npt.NDArray[np.floating]
+    gyr: npt.NDArray[np.floating]
+    t: npt.NDArray[np.floating] | None
+    load: npt.NDArray[np.floating] | None
+    validity: npt.NDArray[np.uint8] | None
+
+class ReadDict(TypedDict):
+    """The options of reading a file."""
+
+    format: str | None
+    rate: float | None
+    gravity: str | None
+    map: str | None
+    units: str | None
+    time_unit: str | None
+    times: str | None
 
 
 def settings(

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from . import _footfall
 from ._result import Result
-from ._settings import Config, Gravity, Preset, settings
+from ._settings import Config, Gravity, Preset, RecordingDict, settings
 
 
 def estimate(
@@ -63,7 +63,7 @@ def estimate(
     TypeError
         An argument is no array of numbers.
     """
-    recording: _footfall.RecordingDict = {
+    recording: RecordingDict = {
         "acc": _vectors(acc),
         "gyr": _vectors(gyr),
         "t": _numbers(t),

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from . import _footfall
 from ._result import Result
-from ._settings import Config, Gravity, Preset, settings
+from ._settings import Config, Gravity, Preset, ReadDict, RecordingDict, settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Recording:
     def __repr__(self) -> str:
         return f"<footfall.Recording {self.name!r}: {len(self)} samples at {self.rate:g} Hz>"
 
-    def _arrays(self) -> _footfall.RecordingDict:
+    def _arrays(self) -> RecordingDict:
         return {
             "acc": self.acc,
             "gyr": self.gyr,
@@ -102,7 +102,7 @@ def read(
     OSError
         It cannot be read.
     """
-    options: _footfall.ReadDict = {
+    options: ReadDict = {
         "format": format,
         "rate": rate,
         "gravity": gravity,

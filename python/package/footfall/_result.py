@@ -89,7 +89,7 @@ class Result:
         """Where a flag of :data:`FLAGS` is raised, shape (N,)."""
         if name not in FLAGS:
             raise ValueError(f"flag is {name!r}, but one of {', '.join(FLAGS)} is expected")
-        return (self.flags >> FLAGS.index(name)) & 1 == 1
+        return np.asarray((self.flags >> FLAGS.index(name)) & 1, dtype=np.bool_)
 
     def state_names(self) -> npt.NDArray[np.str_]:
         """The state of each sample by its name, shape (N,)."""

@@ -1,31 +1,13 @@
-from typing import Any, TypedDict
+from typing import Any, final
 
-import numpy as np
-import numpy.typing as npt
-
-from ._settings import SettingsDict
+from ._settings import ReadDict, RecordingDict, SettingsDict
 
 __version__: str
 STATES: list[str]
 FLAGS: list[str]
 AXES: list[str]
 
-class RecordingDict(TypedDict):
-    acc: npt.NDArray[np.floating]
-    gyr: npt.NDArray[np.floating]
-    t: npt.NDArray[np.floating] | None
-    load: npt.NDArray[np.floating] | None
-    validity: npt.NDArray[np.uint8] | None
-
-class ReadDict(TypedDict):
-    format: str | None
-    rate: float | None
-    gravity: str | None
-    map: str | None
-    units: str | None
-    time_unit: str | None
-    times: str | None
-
+@final
 class Estimator:
     def __new__(cls, settings: SettingsDict) -> Estimator: ...
     def update(
