@@ -3,7 +3,6 @@
 mod common;
 
 use std::fs;
-use std::io::Write;
 use std::process::{Command, Stdio};
 
 use common::{Bench, read, standing, text};
@@ -119,40 +118,24 @@ fn log(count: u32) -> String {
     (0..count).map(line).collect()
 }
 
-/// The command with this on its standard input.
-fn piped(bench: &Bench, arguments: &str, input: &str) -> std::process::Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
-        .args(arguments.split_whitespace())
-        .current_dir(&bench.directory)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the command that was just built");
-    let mut stdin = child.stdin.take().expect("a pipe");
-    stdin.write_all(input.as_bytes()).expect("it reads all");
-    drop(stdin);
-    child.wait_with_output().expect("it ends")
-}
-
 #[test]
 fn a_hyphen_is_standard_input_and_standard_output() {
     let bench = Bench::new();
-    let output = piped(&bench, "decode - --output rows.csv", &log(5));
+    let output = bench.piped("decode - --output rows.csv", &log(5));
     assert!(output.status.success());
     assert!(text(&output.stdout).starts_with("CAN log: 5 rows, "));
     let rows = read(&bench.path("rows.csv"));
 
-    let output = piped(&bench, "decode - --output -", &log(5));
+    let output = bench.piped("decode - --output -", &log(5));
     assert!(output.status.success());
     // Rows alone; the report is on the other stream.
     assert_eq!(text(&output.stdout), rows);
     assert!(text(&output.stderr).starts_with("CAN log: 5 rows, "));
     assert_eq!(bench.files(), ["rows.csv"]);
 
-    let said = text(&piped(&bench, "decode -", "").stderr);
+    let said = text(&bench.piped("decode -", "").stderr);
     assert_eq!(said, "footfall: standard input is empty\n");
-    let output = piped(&bench, "decode - --output -", "nothing of a log\n");
+    let output = bench.piped("decode - --output -", "nothing of a log\n");
     assert!(output.stdout.is_empty() && !output.status.success());
     let said = bench.error("decode x.log --json --output -");
     assert!(said.contains("standard output takes one result"), "{said}");

@@ -85,32 +85,11 @@ fn one_recording_that_cannot_be_read_is_named_and_nothing_is_written() {
     assert!(!bench.path("all.csv").exists());
 }
 
-/// What `footfall replay` makes of standard input.
-fn piped(bench: &Bench, arguments: &str, input: &str) -> std::process::Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
-        .args(arguments.split_whitespace())
-        .current_dir(&bench.directory)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the command that was just built");
-    let mut stdin = child.stdin.take().expect("a pipe");
-    let input = input.to_owned();
-    let feeder = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
-    let output = child.wait_with_output().expect("an end");
-    feeder
-        .join()
-        .expect("a thread")
-        .expect("all of it was read");
-    output
-}
-
 #[test]
 fn a_dash_is_standard_input_and_standard_output() {
     let bench = Bench::with("x.csv", standing());
     bench.stdout("replay x.csv --output out.csv");
-    let output = piped(&bench, "replay - --output -", &standing());
+    let output = bench.piped("replay - --output -", &standing());
     assert!(output.status.success(), "{output:?}");
     assert!(output.stdout == read(&bench.path("out.csv")).as_bytes());
     assert!(output.stderr.is_empty(), "{output:?}");
@@ -147,7 +126,7 @@ fn a_part_that_is_none_is_refused() {
     }
 }
 
-/// The most memory a replay of so many rows from a pipe takes, KiB.
+/// The most memory a replay of `rows` rows from a pipe takes, KiB.
 #[cfg(target_os = "linux")]
 fn peak_memory(rows: u32, options: &str) -> u64 {
     let bench = Bench::new();

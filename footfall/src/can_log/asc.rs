@@ -35,7 +35,7 @@ pub fn is_header(line: &str) -> bool {
 }
 
 impl Header {
-    /// Reads a line; `None` where it is none of such a log.
+    /// Reads a line; `None` where it is not a line of an ASC log.
     pub fn read<'a>(&mut self, line: &'a str) -> Option<Line<'a>> {
         if self.header_line(line).is_some() {
             return Some(Line {

@@ -13,7 +13,7 @@ use super::{Content, Line, Other, is_name};
 /// In identifiers of eight digits: this is not a frame but an error of the bus (`CAN_ERR_FLAG`).
 const ERROR_FLAG: u32 = 0x2000_0000;
 
-/// Reads a line of either form; `None` where it is none.
+/// Reads a line of either form; `None` where it has neither.
 #[must_use]
 pub fn parse(line: &str) -> Option<Line<'_>> {
     log_line(line)
@@ -29,7 +29,7 @@ fn explanation(line: &str) -> Option<Line<'_>> {
     })
 }
 
-/// Reads a line of `candump -l`; `None` where it is none.
+/// Reads a line of `candump -l`; `None` where it has another form.
 #[must_use]
 pub fn log_line(line: &str) -> Option<Line<'_>> {
     if let Some(count) = dropped(line) {
@@ -91,7 +91,7 @@ fn compact<'a>(interface: &'a str, frame: &str) -> Option<Content<'a>> {
     Some(Content::Frame(interface, frame))
 }
 
-/// Reads a line as `candump` prints it on a terminal; `None` where it is none.
+/// Reads a line as `candump` prints it on a terminal; `None` where it has another form.
 #[must_use]
 pub fn terminal_line(line: &str) -> Option<Line<'_>> {
     let (time, rest) = leading_time(line.trim())?;

@@ -70,7 +70,7 @@ pub enum Content<'a> {
     Frame(&'a str, CanFrame),
     /// A frame that no foot sends.
     Other(Other),
-    /// So many frames were lost between the bus and the log.
+    /// The number of frames that were lost between the bus and the log.
     Dropped(u64),
     /// No frame, but part of such a log: a header, a comment, the rest of another line.
     Aside,
@@ -174,7 +174,7 @@ impl Reader {
         self.times
     }
 
-    /// Reads the next line; `None` where it is none of such a log.
+    /// Reads the next line; `None` where it is not a line of a log.
     pub fn read<'a>(&mut self, line: &'a str) -> Option<Line<'a>> {
         let mut read = match self.form {
             // One file may have both: a terminal's output appended to a log.

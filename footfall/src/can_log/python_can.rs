@@ -10,7 +10,7 @@ use super::{Content, Line, Other};
 /// The first line of each such file.
 pub const HEADER: &str = "timestamp,arbitration_id,extended,remote,error,dlc,data";
 
-/// Reads a line; `None` where it is none of such a table.
+/// Reads a line; `None` where it is not a row of such a table.
 #[must_use]
 pub fn parse(line: &str) -> Option<Line<'_>> {
     let line = line.trim();

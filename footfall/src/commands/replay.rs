@@ -63,7 +63,7 @@ pub struct ReplayArguments {
     /// Print the summary as one JSON object; `footfall schema replay` describes it
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
-    /// Estimate so many recordings at once; as many as there are cores where it is not given
+    /// Estimate N recordings at once; by default as many as there are cores
     #[arg(long, value_name = "N", help_heading = OUTPUT)]
     pub jobs: Option<NonZeroUsize>,
 }

@@ -33,7 +33,7 @@ use crate::can_log::foreign::{self, Foreign};
 use crate::can_log::recognise::recognise;
 use lines::Lines;
 
-/// The form of a log is recognised within so many bytes.
+/// The number of first bytes by which the form of a log is recognised.
 const HEAD: u64 = 1 << 16;
 
 /// What standard input is called in messages.

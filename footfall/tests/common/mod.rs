@@ -6,8 +6,9 @@ pub mod labelled;
 
 use std::env;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
 
@@ -40,6 +41,25 @@ impl Bench {
             .current_dir(&self.directory)
             .output()
             .expect("the command that was just built")
+    }
+
+    /// The command with this on its standard input, all of which it reads.
+    pub fn piped(&self, arguments: &str, input: &str) -> Output {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
+            .args(arguments.split_whitespace())
+            .current_dir(&self.directory)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the command that was just built");
+        let mut stdin = child.stdin.take().expect("a pipe");
+        let input = input.to_owned();
+        let feeder = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
+        let output = child.wait_with_output().expect("it ends");
+        let fed = feeder.join().expect("a thread");
+        fed.expect("all of it was read");
+        output
     }
 
     /// What a command that succeeds prints on stdout.

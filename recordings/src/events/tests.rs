@@ -49,7 +49,7 @@ fn estimate(does: Does, ms: u64) -> ContactEstimate {
     }
 }
 
-/// The events of a foot that does one thing after the other, each for so many milliseconds.
+/// The events of a foot that does one thing after the other, each for a number of milliseconds.
 fn events(of: &[(u64, Does)]) -> Vec<Event> {
     let mut events = Events::default();
     let mut found = Vec::new();

@@ -9,10 +9,10 @@ use crate::recording::RecordedSample;
 /// A sensor may be at the end of its range for this many samples a step: the impact itself.
 pub const CLIPPED_A_STEP: u64 = 3;
 
-/// An axis that is at its largest reading in so many separate places is at the end of its range,
+/// An axis that is at its largest reading in this many separate places is at the end of its range,
 const LEAST_VISITS: u64 = 8;
 
-/// if it stays there for so many samples each time, as a steady motion does not,
+/// if it stays there for this many samples each time, as a steady motion does not,
 const LEAST_STAY: u64 = 2;
 
 /// and comes there from below this share of it at once: a smooth motion has a slow top, which looks

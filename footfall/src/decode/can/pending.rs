@@ -8,7 +8,7 @@ use crate::decode::report::Report;
 use crate::decode::row::{Clock, Row};
 use crate::decode::{DecodeError, Sink};
 
-/// So many rows are kept: a second of four feet. Frames beside a contact follow it within
+/// The number of rows that are kept: a second of four feet. Frames beside a contact follow it within
 /// milliseconds, and the first SYNC that a foot reports within a tenth of a second.
 const KEPT: usize = 4096;
 

@@ -9,7 +9,7 @@ use wire::pdo::{LastSync, ShortTime};
 
 use super::clock::{Elapsed, Mark};
 
-/// Of so many differences the median counts: at ten health frames a second, less than two seconds,
+/// The number of differences whose median counts: at ten health frames a second, less than two seconds,
 /// in which clocks that are 50 ppm apart drift by 80 µs.
 const DIFFERENCES: usize = 15;
 
@@ -24,7 +24,7 @@ pub(super) struct Syncs {
 }
 
 impl Syncs {
-    /// Notes a SYNC; a counter of 0 is none.
+    /// Notes a SYNC; a counter of 0 means that SYNCs are not numbered.
     pub(super) fn take(&mut self, counter: u8, at: Timestamp) {
         self.newest.retain(|(known, _)| *known != counter);
         if counter != 0 {

@@ -4,7 +4,7 @@ use super::*;
 use estimator_core::{Gravity, ImuSample, Load, Probabilities, Timestamp};
 use recordings::input::Repairs;
 
-/// A foot of so many samples at 1 kHz, whose clock starts at `start_us`.
+/// A foot of this many samples at 1 kHz, whose clock starts at `start_us`.
 fn foot(name: &str, start_us: i64, samples: u64) -> PageFoot {
     let about = About {
         name: name.to_owned(),
