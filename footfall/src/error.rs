@@ -2,15 +2,15 @@
 
 use std::io;
 
+use analysis::calibrate::CalibrationError;
+use analysis::config::{ConfigError, Refusal};
+use analysis::replay::foot::ReplayError;
+use decode::DecodeError;
 use estimator_core::ParamsError;
 use recordings::input::InputError;
 use thiserror::Error;
 
-use crate::calibrate::CalibrationError;
-use crate::config::{ConfigError, Refusal};
-use crate::decode::DecodeError;
 use crate::files::OutputError;
-use crate::replay::foot::ReplayError;
 
 /// Why a command could not do what it was asked.
 #[derive(Debug, Error)]

@@ -2,11 +2,8 @@
 
 use std::path::Path;
 
-use estimator_core::{ContactEstimate, Learnt, Params, ParamsError};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use recordings::input::{Format, InputError, Opened};
-use recordings::recording::Recording;
-use recordings::replay::replay_observed;
 
 use crate::files::STANDARD;
 
@@ -45,21 +42,6 @@ pub fn open(path: &Path, format: Option<Format>, bars: &Bars) -> Result<Opened, 
         let bar = bars.0.add(bar("reading", bytes, LONG_FILE));
         Box::new(bar.wrap_read(file))
     })
-}
-
-/// [`replay_and_learn`](recordings::replay::replay_and_learn), with a bar.
-///
-/// # Errors
-/// Those of [`replay`](recordings::replay::replay).
-pub fn replay_and_learn(
-    recording: &Recording,
-    params: &Params,
-) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
-    let samples = recording.samples.len() as u64;
-    let bar = bar("estimating", samples, LONG_RECORDING);
-    let estimated = replay_observed(recording, params, || bar.inc(1));
-    bar.finish_and_clear();
-    estimated
 }
 
 /// A bar over `length`, hidden where that is below `shown_from`.

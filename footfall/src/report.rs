@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
+use analysis::summary::{Summaries, Summary};
 use estimator_core::ContactEstimate;
 use recordings::output::write_samples;
 use recordings::recording::Recording;
@@ -12,7 +13,6 @@ use crate::error::Error;
 use crate::files::{unless_closed, write_file};
 use crate::plot;
 use crate::schema::{Described, Document};
-use crate::summary::{Summaries, Summary};
 
 pub use crate::messages::warn;
 

@@ -4,6 +4,9 @@
 //! changes its meaning; that a field is added changes nothing for those who do not know it.
 //! `docs/schemas` keeps the schemas as files.
 
+use analysis::calibrate::learnt::LearntFoot;
+use analysis::calibrate::sensor::SensorCalibration;
+use analysis::summary::{Summaries, WithInputs};
 use clap::ValueEnum;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
@@ -12,10 +15,6 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::attitude::AttitudeReport;
-use crate::calibrate::learnt::LearntFoot;
-use crate::calibrate::sensor::SensorCalibration;
-use crate::decode;
-use crate::summary::{Summaries, WithInputs};
 use scoring::Evaluation;
 
 /// The kinds of objects that are printed.
@@ -166,16 +165,6 @@ fn for_readers_of_json(schema: &mut Schema) {
     if schema.get("additionalProperties") == Some(&Value::Bool(false)) {
         schema.remove("additionalProperties");
     }
-}
-
-/// The schema of a map that has some of these keys, each with a value that `value` describes.
-pub(crate) fn map_of<'a>(keys: impl IntoIterator<Item = &'a str>, value: &Value) -> Schema {
-    let keys: Vec<&str> = keys.into_iter().collect();
-    let mut schema = Schema::default();
-    schema.insert("type".to_owned(), json!("object"));
-    schema.insert("propertyNames".to_owned(), json!({ "enum": keys }));
-    schema.insert("additionalProperties".to_owned(), value.clone());
-    schema
 }
 
 #[cfg(test)]

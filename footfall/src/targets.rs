@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use analysis::replay::estimates::Layout;
 use recordings::input::InputError;
 
 use crate::files::{OutputError, STANDARD, directory_of};
-use crate::replay::estimates::Layout;
 
 /// A result, as its file is named.
 #[derive(Clone, Copy, Debug)]

@@ -4,6 +4,7 @@
 //! Each millisecond has what it has on a board: the sample of its data-ready edge, the load from the
 //! robot's control over CAN, [`Foot::tick`], and ports from which everything is taken at once.
 
+use decode::can_log::Logged;
 use estimator_core::{ContactEstimate, ParamsError, Timestamp};
 use firmware::ports::Input;
 use firmware::sampling::{Activity, Measurement, Tick};
@@ -12,8 +13,6 @@ use gait::Simulation;
 use gait::record::TICK_US;
 use wire::dictionary::index;
 use wire::{Address, CanFrame, Settings, Value, pdo};
-
-use crate::can_log::Logged;
 
 /// Time 0 of the foot's clock in logs, which need a date: the first of January 2021, µs.
 pub const EPOCH_US: u64 = 1_609_459_200_000_000;
@@ -152,8 +151,8 @@ impl Bus {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::report::BoardReport;
-    use crate::decode::{Feet, decode};
+    use decode::report::BoardReport;
+    use decode::{Feet, decode};
     use estimator_core::{Saturation, Validity};
     use firmware::imu::default_params;
     use gait::{GaitName, Ground, Plan, SensorParams, simulate};

@@ -4,10 +4,10 @@ mod common;
 
 use std::fs;
 
+use analysis::config::Overrides;
 use common::feet::{csv, lying};
 use common::{AXES, Bench, read};
 use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
-use footfall::config::Overrides;
 use gait::GaitName;
 use recordings::input::{self, Format, Hints};
 use recordings::replay::replay_and_learn;

@@ -3,13 +3,13 @@
 
 use std::ops::Range;
 
+use analysis::calibrate::CalibrationError;
+use analysis::calibrate::learnt::LearntCalibration;
+use analysis::calibrate::robot_file::RobotFile;
+use analysis::calibrate::sensor::{RestsError, SensorCalibration};
+use analysis::config::Overrides;
 use estimator_core::stillness::SETTLED_AFTER;
 use estimator_core::{ContactEstimator, Gravity, Learnt, Params, Vec3};
-use footfall::calibrate::CalibrationError;
-use footfall::calibrate::learnt::LearntCalibration;
-use footfall::calibrate::robot_file::RobotFile;
-use footfall::calibrate::sensor::{RestsError, SensorCalibration};
-use footfall::config::Overrides;
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, record, simulate};
 use host_tests::labelled::{averaged, rmse};

@@ -6,10 +6,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::LazyLock;
 
+use decode::row::write_row;
+use decode::{DecodeError, Decoded, Feet, Row, decode};
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use footfall::decode::row::write_row;
-use footfall::decode::{DecodeError, Decoded, Feet, Row, decode};
 use footfall::walking_foot::walk;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};

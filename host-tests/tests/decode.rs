@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::process::Command;
 use std::sync::LazyLock;
 
+use decode::{Decoded, Feet, Row, decode};
 use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Validity, Vec3};
 use firmware::foot::SOUND_TICKS;
 use firmware::sampling::{Measurement, SensorFault};
-use footfall::decode::{Decoded, Feet, Row, decode};
 use footfall::files::write_file;
 use footfall::walking_foot::{Transmission, settings, walk_with};
 use gait::plan::DEMO_SEED;

@@ -1,10 +1,10 @@
 //! A whole recording that is in arrays.
 
+use analysis::calibrate::learnt::LearntCalibration;
+use analysis::calibrate::robot_file::RobotFile;
 use estimator_core::{
     AngularRate, ContactEstimate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
 };
-use footfall::calibrate::learnt::LearntCalibration;
-use footfall::calibrate::robot_file::RobotFile;
 use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -1,8 +1,8 @@
 //! Preset and configuration become parameters, as those of the program do; the load trigger of a preset depends on the format of the
 //! recording, as its load does.
 
+use analysis::config::{Overrides, Preset};
 use estimator_core::{Gravity, Params};
-use footfall::config::{Overrides, Preset};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::input::{Correction, Format};
@@ -37,15 +37,7 @@ pub(crate) struct SettingsArguments {
 impl SettingsArguments {
     /// Reads and checks them.
     pub(crate) fn read(&self) -> PyResult<Settings> {
-        let preset = match self.preset.as_str() {
-            "default" => Preset::Default,
-            "paper" => Preset::Paper,
-            other => {
-                return Err(PyValueError::new_err(format!(
-                    "preset is {other:?}, but \"default\" or \"paper\" is expected"
-                )));
-            }
-        };
+        let preset: Preset = self.preset.parse().map_err(PyValueError::new_err)?;
         let overrides = match &self.config {
             None => Overrides::default(),
             Some((file, text)) => Overrides::parse(text, file)

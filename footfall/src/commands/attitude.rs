@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
+use analysis::config::{Preset, parse_sample_rate};
 use clap::Args;
 use recordings::input::Format;
+use recordings::replay::replay_observed;
 use scoring::inclination::InclinationScore;
 
 use super::recording::{Configuration, MountingArguments};
 use crate::attitude::AttitudeReport;
-use crate::config::{Preset, parse_sample_rate};
 use crate::error::Error;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, print_text, warn};
@@ -52,8 +53,10 @@ impl AttitudeArguments {
                 let file = input.display().to_string();
                 let origins = configuration.origins(&file, self.sample_rate, None);
                 origins.check_effects(&params)?;
-                let (estimates, _) = progress::replay_and_learn(&loaded.recording, &params)
-                    .map_err(|error| origins.explain(&error, &params))?;
+                let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
+                let estimated = replay_observed(&loaded.recording, &params, || bar.inc(1));
+                bar.finish_and_clear();
+                let (estimates, _) = estimated.map_err(|error| origins.explain(&error, &params))?;
                 Ok(InclinationScore::of(&loaded.recording, &estimates, &truth))
             })
             .collect();

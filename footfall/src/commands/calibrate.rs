@@ -5,18 +5,19 @@ use std::fmt::Display;
 use std::io;
 use std::path::PathBuf;
 
+use analysis::calibrate::CalibrationError;
+use analysis::calibrate::learnt::LearntCalibration;
+use analysis::calibrate::mounting::{MountingReport, RestingUp};
+use analysis::calibrate::robot_file::RobotFile;
+use analysis::calibrate::sensor::SensorCalibration;
+use analysis::config::ConfigError;
+use analysis::summary::{InputReport, Source, WithInputs};
 use clap::Args;
 use recordings::input::{Correction, Format, Loaded};
 use recordings::plausible::{self, Finding};
 
 use super::headings::{ESTIMATOR, OUTPUT};
 use super::recording::{Configuration, RecordingArguments, with_mounting};
-use crate::calibrate::CalibrationError;
-use crate::calibrate::learnt::LearntCalibration;
-use crate::calibrate::mounting::{MountingReport, RestingUp};
-use crate::calibrate::robot_file::RobotFile;
-use crate::calibrate::sensor::SensorCalibration;
-use crate::config::ConfigError;
 use crate::error::Error;
 use crate::files::write_file;
 use crate::messages::detail;
@@ -24,7 +25,6 @@ use crate::plot;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, warn};
 use crate::schema::Described;
-use crate::summary::{InputReport, Source, WithInputs};
 use crate::targets::{self, Target};
 
 /// What `footfall calibrate` takes.
@@ -101,9 +101,10 @@ impl CalibrateArguments {
             };
             inputs.insert(file.clone(), InputReport::of(source, &loaded, &findings));
             rest.add(plausible::gravity_at_rest(&loaded.recording));
-            calibration
-                .add(&loaded.recording)
-                .map_err(|error| origins.explain(&error, &params))?;
+            let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
+            let learnt = calibration.add_observed(&loaded.recording, || bar.inc(1));
+            bar.finish_and_clear();
+            learnt.map_err(|error| origins.explain(&error, &params))?;
         }
         let Some(calibration) = calibration else {
             return Ok(());

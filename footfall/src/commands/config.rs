@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use analysis::config::{Preset, example, explain};
 use clap::Args;
 use recordings::input::Format;
 use recordings::replay::CAPACITY;
 
-use super::recording::Configuration;
-use crate::config::{Preset, example, explain};
+use super::recording::{Configuration, preset_parser};
 use crate::error::Error;
 use crate::report::print_text;
 
@@ -17,7 +17,7 @@ pub struct ConfigArguments {
     #[command(flatten)]
     what: What,
     /// Where the parameters start from
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name())]
     pub preset: Preset,
 }
 

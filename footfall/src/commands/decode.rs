@@ -4,11 +4,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use decode::feet::Name;
+use decode::row::{write_header, write_row};
+use decode::{self, DecodeError, Feet, Outcome};
 use wire::NodeId;
 
-use crate::decode::feet::Name;
-use crate::decode::row::{write_header, write_row};
-use crate::decode::{self, DecodeError, Feet, Outcome};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages;

@@ -27,13 +27,13 @@ pub mod schema;
 pub mod shell;
 
 use clap::{ArgAction, Parser, Subcommand};
+use decode::DecodeArguments;
 
 use crate::error::Error;
 use crate::messages::{Verbosity, set_verbosity};
 use attitude::AttitudeArguments;
 use calibrate::CalibrateArguments;
 use config::ConfigArguments;
-use decode::DecodeArguments;
 use demo::DemoArguments;
 use evaluate::EvaluateArguments;
 use headings::{

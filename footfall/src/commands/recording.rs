@@ -3,6 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use analysis::config::{
+    ConfigError, GRAVITIES, Origins, Overrides, Preset, RateOrigin, Refusal, parse_axes,
+    parse_gravity, parse_sample_rate,
+};
+use analysis::parameters::differences;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
@@ -13,13 +18,8 @@ use recordings::input::{
 use recordings::plausible::Finding;
 
 use super::headings::{ESTIMATOR, INPUT};
-use crate::config::{
-    ConfigError, GRAVITIES, Origins, Overrides, Preset, RateOrigin, Refusal, parse_axes,
-    parse_gravity, parse_sample_rate,
-};
 use crate::error::Error;
 use crate::messages::{error, warn};
-use crate::parameters::differences;
 
 /// How recordings are read and which parameters they are estimated with. Later wins: preset,
 /// configuration file, options.
@@ -30,7 +30,7 @@ pub struct RecordingArguments {
     #[arg(long, value_parser = format_parser(), help_heading = INPUT)]
     pub format: Option<Format>,
     /// Where the parameters start from
-    #[arg(long, value_enum, default_value_t, help_heading = ESTIMATOR)]
+    #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
     pub preset: Preset,
     /// A TOML file with parameters that differ from the preset
     #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
@@ -152,6 +152,12 @@ pub(super) struct Configuration {
 fn format_parser() -> impl TypedValueParser<Value = Format> {
     let names = Format::ALL.map(|format| PossibleValue::new(format.name()).help(format.help()));
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Format>())
+}
+
+/// Reads the name of a preset; the help lists all of them.
+pub(super) fn preset_parser() -> impl TypedValueParser<Value = Preset> {
+    let names = Preset::ALL.map(|preset| PossibleValue::new(preset.name()).help(preset.help()));
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<Preset>())
 }
 
 /// Reads one of some words; a word that is nearly one of them is answered with that.

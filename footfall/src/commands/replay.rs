@@ -5,6 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use analysis::config::{GRAVITIES, parse_seconds, parse_window, word_of};
+use analysis::parameters::{Estimation, ParametersReport};
+use analysis::replay::estimates::{self, Layout};
+use analysis::replay::foot::{ReplayError, Replayed, Table, Wanted, replay};
+use analysis::replay::jobs;
+use analysis::replay::span::Span;
+use analysis::summary::{InputReport, Source, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::events;
@@ -13,20 +20,14 @@ use recordings::output::Feet;
 
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
 use super::recording::{Configuration, RecordingArguments, with_mounting};
-use crate::config::{GRAVITIES, parse_seconds, parse_window, word_of};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::detail;
-use crate::parameters::{Estimation, ParametersReport};
 use crate::plot::page;
 use crate::plot::png::png;
 use crate::progress::{self, Bars};
-use crate::replay::estimates::{self, Layout};
-use crate::replay::foot::{Picture, ReplayError, Replayed, Table, Wanted, replay};
-use crate::replay::jobs;
-use crate::replay::span::Span;
+use crate::replay::{Picture, Watched};
 use crate::report::{SummaryStyle, print, warn};
-use crate::summary::{InputReport, Source, Summaries, Summary};
 use crate::targets::{self, Drawing, Target};
 
 /// What `footfall replay` takes.
@@ -75,7 +76,13 @@ struct Done {
     notices: Vec<String>,
     /// What was recognised.
     details: Vec<String>,
-    feet: Vec<Replayed>,
+    feet: Vec<Foot>,
+}
+
+/// A foot that has been estimated.
+struct Foot {
+    foot: Replayed,
+    picture: Option<Picture>,
 }
 
 impl ReplayArguments {
@@ -105,7 +112,7 @@ impl ReplayArguments {
             } = one?;
             details.iter().for_each(detail);
             notices.iter().for_each(warn);
-            for foot in &replayed {
+            for Foot { foot, .. } in &replayed {
                 self.recording.report(&file, &foot.findings)?;
             }
             feet.extend(replayed);
@@ -172,7 +179,6 @@ impl ReplayArguments {
             table: table(&self.output),
             layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
             events: table(&self.events),
-            drawing: self.plot.as_deref().map(Drawing::of),
         };
         // Each foot is estimated once, but by any thread.
         let stored: Vec<_> = stored.into_iter().map(Mutex::new).collect();
@@ -181,11 +187,15 @@ impl ReplayArguments {
         } else {
             NonZeroUsize::MIN
         };
+        let drawing = self.plot.as_deref().map(Drawing::of);
         let feet = jobs::run(&stored, jobs, |stored| {
             let mut stored = stored.lock().unwrap_or_else(PoisonError::into_inner);
-            let bar = bars.estimating(stored.about.samples as u64);
-            let replayed = replay(&mut stored, &params, &wanted, || bar.inc(1));
-            bar.finish_and_clear();
+            let mut watched = Watched {
+                bar: bars.estimating(stored.about.samples as u64),
+                picture: drawing.map(|drawing| Picture::new(drawing, &stored, span)),
+            };
+            let replayed = replay(&mut stored, &params, &wanted, &mut watched);
+            watched.bar.finish_and_clear();
             let mut foot = replayed.map_err(|error| match error {
                 ReplayError::Params(error) => origins.explain(&error, &params).into(),
                 other => Error::Replay(other),
@@ -209,7 +219,8 @@ impl ReplayArguments {
                 learnt: foot.learnt.into(),
             });
             let recognised = recognised(about, &foot.summary);
-            Ok::<_, Error>((foot, recognised))
+            let picture = watched.picture;
+            Ok::<_, Error>((Foot { foot, picture }, recognised))
         });
         let feet: Vec<_> = feet.into_iter().collect::<Result<_, _>>()?;
         let (feet, mut details): (Vec<_>, Vec<_>) = feet.into_iter().unzip();
@@ -232,11 +243,11 @@ impl ReplayArguments {
     }
 
     /// Writes what was asked for.
-    fn write(&self, mut feet: Vec<Replayed>) -> Result<(), Error> {
+    fn write(&self, mut feet: Vec<Foot>) -> Result<(), Error> {
         let mut written = Vec::new();
         let several = self.inputs.len() > 1 || feet.len() > 1;
         if let Some(path) = &self.output {
-            let tables = feet.iter_mut().filter_map(|foot| foot.table.take());
+            let tables = feet.iter_mut().filter_map(|foot| foot.foot.table.take());
             let tables = tables.collect();
             let named = if several { Feet::Several } else { Feet::One };
             write_file(path, |to| estimates::write(tables, named, to))?;
@@ -246,7 +257,7 @@ impl ReplayArguments {
             write_file(path, |to| {
                 let foot = if several { "foot," } else { "" };
                 writeln!(to, "{foot}{}", events::HEADER)?;
-                let mut parts = feet.iter_mut().filter_map(|foot| foot.events.as_mut());
+                let mut parts = feet.iter_mut().filter_map(|foot| foot.foot.events.as_mut());
                 parts.try_for_each(|part| part.write(to))
             })?;
             written.push(path.clone());
@@ -261,7 +272,7 @@ impl ReplayArguments {
         } else {
             SummaryStyle::Text
         };
-        let summaries = Summaries::new(feet.into_iter().map(|foot| foot.summary).collect());
+        let summaries = Summaries::new(feet.into_iter().map(|foot| foot.foot.summary).collect());
         print(&summaries, style, &written).map_err(Error::Print)
     }
 }
@@ -283,12 +294,12 @@ fn recognised(about: &About, summary: &Summary) -> String {
 }
 
 /// Writes the page of all feet, or the figure of each, and says where.
-fn write_pictures(path: &Path, replayed: &mut [Replayed]) -> Result<Vec<PathBuf>, Error> {
-    let one = replayed.len() == 1;
+fn write_pictures(path: &Path, feet: &mut [Foot]) -> Result<Vec<PathBuf>, Error> {
+    let one = feet.len() == 1;
     let mut page = Vec::new();
     let mut written = Vec::new();
-    for foot in replayed {
-        match foot.picture.take() {
+    for Foot { foot, picture } in feet {
+        match picture.take() {
             None => {}
             Some(Picture::Page(foot)) => page.push(foot),
             Some(Picture::Figure(figure)) => {

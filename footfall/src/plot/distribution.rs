@@ -6,6 +6,7 @@
 use std::io;
 use std::ops::Range;
 
+use analysis::calibrate::learnt::{Amplitudes, LearntFoot, QuantityReport};
 use plotters::coord::combinators::LogCoord;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -16,7 +17,6 @@ use super::{
     TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, TOTAL_COLOUR, VALUE_AXIS_WIDTH, VERTICAL_COLOUR, WIDTH,
     text_style, tick,
 };
-use crate::calibrate::learnt::{Amplitudes, LearntFoot, QuantityReport};
 
 const PANEL_HEIGHT: u32 = 300;
 const VALUE_AXIS_HEIGHT: u32 = 60;
@@ -168,7 +168,7 @@ fn histogram(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibrate::learnt::LearntFrom;
+    use analysis::calibrate::learnt::LearntFrom;
     use estimator_core::Learnt;
 
     fn foot(samples: usize) -> LearntFoot {

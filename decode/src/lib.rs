@@ -1,8 +1,8 @@
-//! `footfall decode`: what a foot has sent becomes rows again, and what was lost is counted.
+//! What feet have sent becomes rows again, and what was lost is counted.
 //!
 //! | step | module |
 //! |---|---|
-//! | a log of CAN frames, line by line | `can`, with [`can_log`](crate::can_log) and `lines` |
+//! | a log of CAN frames, line by line | `can`, with [`can_log`] and `lines` |
 //! | a recording of the serial line | `uart` |
 //! | which nodes are feet, and how they are called | [`feet`] |
 //! | a row per contact | [`row`] |
@@ -12,6 +12,7 @@
 //! never held whole: of the rows, `can` keeps the newest few thousand, to complete them.
 
 mod can;
+pub mod can_log;
 pub mod feet;
 mod lines;
 pub mod report;

@@ -1,8 +1,8 @@
 //! Logs made by hand, and damaged ones.
 
 use super::*;
+use crate::Decoded;
 use crate::can_log::Logged;
-use crate::decode::Decoded;
 use wire::pdo::{Axes, LastSync, LongTime, ShortTime};
 
 const NODE_33: NodeId = NodeId::new(33).unwrap();
@@ -22,7 +22,7 @@ fn contact(interface: &str, log_ms: u64, sequence: u8, step: u16) -> String {
 fn decode(log: &str, file: &str, others: &[NodeId]) -> Decoded {
     let mut feet = Feet::default();
     others.iter().for_each(|node| feet.add(*node));
-    crate::decode::decode(log.as_bytes(), file, &feet).unwrap()
+    crate::decode(log.as_bytes(), file, &feet).unwrap()
 }
 
 fn times(decoded: &Decoded) -> Vec<u64> {
@@ -496,8 +496,8 @@ fn a_foot_that_starts_again_needs_another_sync() {
 fn feet_have_names_by_their_ids() {
     let log = [contact_of(0x12, 1, 0, 0), contact_of(33, 2, 0, 0)].concat();
     let mut feet = Feet::default();
-    feet.call(NODE_33, &crate::decode::feet::Name::new("toe").unwrap());
-    let decoded = crate::decode::decode(log.as_bytes(), "can.log", &feet).unwrap();
+    feet.call(NODE_33, &crate::feet::Name::new("toe").unwrap());
+    let decoded = crate::decode(log.as_bytes(), "can.log", &feet).unwrap();
     let names = decoded.rows.iter().map(|row| row.foot.as_deref());
     assert!(names.eq([Some("FR"), Some("toe")]));
 }
@@ -571,7 +571,7 @@ fn rows_leave_in_order_and_are_complete_however_long_the_log_is() {
     let decoded = decode(&log.collect::<String>(), "can.log", &[]);
     assert_eq!((decoded.report.rows, decoded.rows.len()), (10_000, 10_000));
     assert!(decoded.report.problems.is_empty(), "{}", decoded.report);
-    let in_order = |(k, row): (usize, &crate::decode::Row)| {
+    let in_order = |(k, row): (usize, &crate::Row)| {
         row.timestamp.as_micros() == 1000 * k as u64 && row.axes.is_some()
     };
     assert!(decoded.rows.iter().enumerate().all(in_order));

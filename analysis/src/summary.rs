@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::calibrate::mounting::MountingReport;
 use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
 use recordings::input::{Format, Loaded, Repairs};
 use recordings::plausible::Finding;
@@ -13,10 +12,10 @@ use scoring::metrics::{Latency, Metrics};
 use scoring::running::RunningMetrics;
 use scoring::scored::Scored;
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
+use crate::calibrate::mounting::MountingReport;
 use crate::parameters::Estimation;
-use crate::schema::map_of;
 
 /// The figures of one replay. `Display` is the summary for the terminal.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
@@ -56,6 +55,16 @@ fn state_shares(_: &mut SchemaGenerator) -> Schema {
 fn flag_counts(_: &mut SchemaGenerator) -> Schema {
     let count = json!({ "type": "integer", "minimum": 1 });
     map_of(Flag::ALL.map(Flag::name), &count)
+}
+
+/// The schema of a map that has some of these keys, each with a value that `value` describes.
+fn map_of<'a>(keys: impl IntoIterator<Item = &'a str>, value: &Value) -> Schema {
+    let keys: Vec<&str> = keys.into_iter().collect();
+    let mut schema = Schema::default();
+    schema.insert("type".to_owned(), json!("object"));
+    schema.insert("propertyNames".to_owned(), json!({ "enum": keys }));
+    schema.insert("additionalProperties".to_owned(), value.clone());
+    schema
 }
 
 /// What there is to say about a file that was read.

@@ -6,8 +6,8 @@ use wire::sequence::missing_u8;
 
 use super::clock::{Elapsed, Mark};
 use super::sync::{Alignment, Syncs};
-use crate::decode::report::Report;
-use crate::decode::row::Clock;
+use crate::report::Report;
+use crate::row::Clock;
 
 /// The state of a foot in a log.
 #[derive(Clone)]

@@ -4,7 +4,7 @@ use estimator_core::Timestamp;
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, P8, Rate, ShortTime};
 use wire::{NodeId, Pdo};
 
-use crate::decode::Row;
+use crate::Row;
 
 /// The row of a contact at `micros` of its foot's clock.
 pub(super) fn row_of(contact: &Contact, micros: u64, node: NodeId) -> Row {

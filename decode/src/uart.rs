@@ -204,10 +204,10 @@ mod tests {
     use estimator_core::ContactEstimate;
     use wire::{Faults, uart};
 
-    use crate::decode::Decoded;
+    use crate::Decoded;
 
     fn decode(bytes: &[u8]) -> Option<Decoded> {
-        crate::decode::decode(bytes, "uart.bin", &Feet::default()).ok()
+        crate::decode(bytes, "uart.bin", &Feet::default()).ok()
     }
 
     fn contact(sequence: u16, ms: u64) -> Vec<u8> {

@@ -1,6 +1,7 @@
 //! Where parameters start from.
 
-use clap::ValueEnum;
+use std::str::FromStr;
+
 use estimator_core::{Params, WindowLength};
 use firmware::imu::default_params;
 use recordings::input::Format;
@@ -9,16 +10,30 @@ use recordings::input::Format;
 const SAME_DURATION: f64 = 0.05;
 
 /// Where parameters start from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preset {
-    /// For an LSM6DSOX on a robot's foot
+    /// For an LSM6DSOX on a robot's foot.
     #[default]
     Default,
-    /// The paper's settings: those for the GO1 with --format pce-go1, else those for ATLAS
+    /// The paper's settings.
     Paper,
 }
 
 impl Preset {
+    /// All presets.
+    pub const ALL: [Self; 2] = [Self::Default, Self::Paper];
+
+    /// What it is for, in one line.
+    #[must_use]
+    pub const fn help(self) -> &'static str {
+        match self {
+            Self::Default => "For an LSM6DSOX on a robot's foot",
+            Self::Paper => {
+                "The paper's settings: those for the GO1 with --format pce-go1, else those for ATLAS"
+            }
+        }
+    }
+
     /// Its name, as `--preset` takes it.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -75,6 +90,18 @@ impl Preset {
                 "{recording}: the window of the paper's preset, {samples} samples, lasts {here:.0} ms at {sample_rate} Hz \
                  and {there:.0} ms at the paper's rate: --window {there:.0}ms has the same duration"
             )
+        })
+    }
+}
+
+impl FromStr for Preset {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let mut all = Self::ALL.into_iter();
+        all.find(|preset| preset.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(|preset| format!("{:?}", preset.name()));
+            format!("preset is {name:?}, but {} is expected", names.join(" or "))
         })
     }
 }

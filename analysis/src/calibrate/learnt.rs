@@ -10,12 +10,12 @@ use estimator_core::{
     ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError, StillnessParams, Vec3,
 };
 use recordings::recording::Recording;
+use recordings::replay::replay_observed;
 use schemars::JsonSchema;
 use serde::Serialize;
 use wire::dictionary::index;
 
 use super::CalibrationError;
-use crate::progress::replay_and_learn;
 
 /// Below this share of good samples, that is why nothing was learnt.
 const LEAST_USABLE: f64 = 0.1;
@@ -79,11 +79,23 @@ impl LearntCalibration {
     /// # Errors
     /// A parameter out of its range.
     pub fn add(&mut self, recording: &Recording) -> Result<(), ParamsError> {
+        self.add_observed(recording, || ())
+    }
+
+    /// [`LearntCalibration::add`], with a call after each sample, such as one that shows progress.
+    ///
+    /// # Errors
+    /// A parameter out of its range.
+    pub fn add_observed(
+        &mut self,
+        recording: &Recording,
+        after_each: impl FnMut(),
+    ) -> Result<(), ParamsError> {
         let params = Params {
             learnt: self.learnt,
             ..self.params
         };
-        let (estimates, learnt) = replay_and_learn(recording, &params)?;
+        let (estimates, learnt) = replay_observed(recording, &params, after_each)?;
         self.learnt = Some(learnt);
         self.samples += estimates.len();
         self.unusable += estimates.iter().filter(|e| !is_usable(e)).count();

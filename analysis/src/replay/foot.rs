@@ -13,10 +13,7 @@ use thiserror::Error;
 use super::estimates::{Estimates, Layout};
 use super::part::Part;
 use super::span::Span;
-use crate::plot::page::PageFoot;
-use crate::plot::{self, Figure};
 use crate::summary::{Summary, Tally};
-use crate::targets::Drawing;
 
 /// What is made of a foot beside its summary.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,8 +26,6 @@ pub struct Wanted {
     pub layout: Layout,
     /// The same of the table of events.
     pub events: Table,
-    /// The picture, where there is one.
-    pub drawing: Option<Drawing>,
 }
 
 /// A table of estimates or events.
@@ -45,22 +40,20 @@ pub enum Table {
     SeveralFeet,
 }
 
-/// The picture of a foot.
-pub enum Picture {
-    /// One of its own.
-    Figure(Figure),
-    /// Its share of a page.
-    Page(PageFoot),
+/// Watches a foot while it is estimated, such as to draw it or to show how far it is.
+pub trait Observer {
+    /// A sample was estimated, whether or not it is in the part that is asked for.
+    fn estimated(&mut self) {}
+
+    /// A sample in the part that is asked for, and its estimate.
+    fn add(&mut self, _sample: &RecordedSample, _estimate: &ContactEstimate) {}
+
+    /// An event in the part that is asked for.
+    fn add_event(&mut self, _event: &Event) {}
 }
 
-impl Picture {
-    fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
-        match self {
-            Self::Figure(figure) => figure.add(sample, estimate),
-            Self::Page(page) => page.add(sample, estimate),
-        }
-    }
-}
+/// Nothing watches.
+impl Observer for () {}
 
 /// What was made of a foot.
 pub struct Replayed {
@@ -72,8 +65,6 @@ pub struct Replayed {
     pub table: Option<Estimates>,
     /// Its events.
     pub events: Option<Part>,
-    /// Its picture.
-    pub picture: Option<Picture>,
     /// What has been learnt about it.
     pub learnt: Learnt,
 }
@@ -106,7 +97,7 @@ pub fn name(stored: &Stored) -> String {
     }
 }
 
-/// Estimates a foot sample by sample. `after_each` is called after each, such as to show progress.
+/// Estimates a foot sample by sample, while `observer` watches.
 ///
 /// # Errors
 /// A parameter out of its range, or the temporary files cannot be used.
@@ -114,13 +105,12 @@ pub fn replay(
     stored: &mut Stored,
     params: &Params,
     wanted: &Wanted,
-    mut after_each: impl FnMut(),
+    observer: &mut impl Observer,
 ) -> Result<Replayed, ReplayError> {
     let name = name(stored);
     let about = stored.about.clone();
     let mut replay = Replay::new(about.sample_rate, about.gravity, params)?;
     let mut check = Check::new(about.sample_rate, about.gravity);
-    let (from_s, to_s) = wanted.span.within(about.duration_us);
     let mut tally = Tally::new(&name, about.foot.as_deref(), about.sample_rate);
     let part = |table| match table {
         Table::None => None,
@@ -138,15 +128,7 @@ pub fn replay(
     let mut found = Found {
         span: wanted.span,
         table: part(wanted.events),
-        picture: wanted.drawing.map(|drawing| {
-            let span = plot::span(from_s, to_s - from_s, about.sample_rate);
-            match drawing {
-                Drawing::Svg | Drawing::Png => {
-                    Picture::Figure(Figure::new(&name, about.start_us, &about.load_title, span))
-                }
-                Drawing::Page => Picture::Page(PageFoot::new(&name, &about, span)),
-            }
-        }),
+        observer,
     };
     let mut events = Events::default();
     for sample in stored.samples()? {
@@ -166,11 +148,9 @@ pub fn replay(
             if let Some(table) = &mut table {
                 table.add(&estimate)?;
             }
-            if let Some(picture) = &mut found.picture {
-                picture.add(&sample, &estimate);
-            }
+            found.observer.add(&sample, &estimate);
         }
-        after_each();
+        found.observer.estimated();
     }
     events.finish().try_for_each(|event| found.add(&event))?;
     Ok(Replayed {
@@ -178,27 +158,24 @@ pub fn replay(
         findings: check.findings(),
         table,
         events: found.table,
-        picture: found.picture,
         learnt: replay.finish(),
     })
 }
 
 /// Where events go.
-struct Found {
+struct Found<'a, O> {
     span: Span,
     table: Option<Part>,
-    picture: Option<Picture>,
+    observer: &'a mut O,
 }
 
-impl Found {
+impl<O: Observer> Found<'_, O> {
     /// Takes in an event, if it is in the part that is asked for.
     fn add(&mut self, event: &Event) -> io::Result<()> {
         if !self.span.contains(event.time) {
             return Ok(());
         }
-        if let Some(Picture::Page(page)) = &mut self.picture {
-            page.add_event(event);
-        }
+        self.observer.add_event(event);
         match &mut self.table {
             Some(table) => table.add_event(event),
             None => Ok(()),

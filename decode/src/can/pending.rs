@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use estimator_core::Timestamp;
 
-use crate::decode::report::Report;
-use crate::decode::row::{Clock, Row};
-use crate::decode::{DecodeError, Sink};
+use crate::report::Report;
+use crate::row::{Clock, Row};
+use crate::{DecodeError, Sink};
 
 /// The number of rows that are kept: a second of four feet. Frames beside a contact follow it within
 /// milliseconds, and the first SYNC that a foot reports within a tenth of a second.

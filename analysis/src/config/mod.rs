@@ -37,7 +37,7 @@
 //! [gyroscope]                     # taken off the recording's readings
 //! bias_rad_s = { wx = 0.004, wy = -0.002, wz = 0.001 }
 //! "#;
-//! let overrides = footfall::config::Overrides::parse(text, "robot.toml")?;
+//! let overrides = analysis::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
 //! overrides.apply(&mut params);
 //! assert_eq!(params.learnt.unwrap().rate.still, -2.6);
@@ -60,7 +60,7 @@
 //! acceleration_m_s2 = { ax = 0.4, ay = 0.4, az = 0.8 }
 //! angular_rate_rad_s = 0.04
 //! "#;
-//! let overrides = footfall::config::Overrides::parse(text, "robot.toml")?;
+//! let overrides = analysis::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
 //! overrides.apply(&mut params);
 //! assert_eq!(params.half_width.az, 0.8);

@@ -1,0 +1,66 @@
+//! The picture of a foot, drawn while it is estimated, with a bar that shows how far that is.
+
+use analysis::replay::foot::{self, Observer};
+use analysis::replay::span::Span;
+use estimator_core::ContactEstimate;
+use indicatif::ProgressBar;
+use recordings::events::Event;
+use recordings::input::Stored;
+use recordings::recording::RecordedSample;
+
+use crate::plot::page::PageFoot;
+use crate::plot::{self, Figure};
+use crate::targets::Drawing;
+
+/// The picture of a foot.
+pub enum Picture {
+    /// One of its own.
+    Figure(Figure),
+    /// Its share of a page.
+    Page(PageFoot),
+}
+
+impl Picture {
+    /// Of the part `span` of a foot, without a sample.
+    #[must_use]
+    pub fn new(drawing: Drawing, stored: &Stored, span: Span) -> Self {
+        let name = foot::name(stored);
+        let about = &stored.about;
+        let (from_s, to_s) = span.within(about.duration_us);
+        let span = plot::span(from_s, to_s - from_s, about.sample_rate);
+        match drawing {
+            Drawing::Svg | Drawing::Png => {
+                Self::Figure(Figure::new(&name, about.start_us, &about.load_title, span))
+            }
+            Drawing::Page => Self::Page(PageFoot::new(&name, about, span)),
+        }
+    }
+}
+
+/// Watches a foot for the terminal and its picture.
+pub struct Watched {
+    /// How far it is.
+    pub bar: ProgressBar,
+    /// Its picture, where one is drawn.
+    pub picture: Option<Picture>,
+}
+
+impl Observer for Watched {
+    fn estimated(&mut self) {
+        self.bar.inc(1);
+    }
+
+    fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
+        match &mut self.picture {
+            Some(Picture::Figure(figure)) => figure.add(sample, estimate),
+            Some(Picture::Page(page)) => page.add(sample, estimate),
+            None => {}
+        }
+    }
+
+    fn add_event(&mut self, event: &Event) {
+        if let Some(Picture::Page(page)) = &mut self.picture {
+            page.add_event(event);
+        }
+    }
+}
