@@ -38,7 +38,7 @@ pub mod track;
 mod turn;
 
 pub use activity::Activity;
-pub use plan::{GaitName, Ground, Plan};
+pub use plan::{GaitName, Ground, Plan, Rests, Robot};
 pub use record::{Simulation, record, simulate};
-pub use sensor::SensorParams;
+pub use sensor::{SensorParams, Temperature};
 pub use track::{FootState, Track};

@@ -323,17 +323,96 @@ impl Plan {
     /// included. The recording ends wherever the foot then is. `seconds` is finite.
     #[must_use]
     pub fn steady(gait: GaitName, ground: Ground, seconds: f64, seed: u64) -> Self {
+        let robot = Robot {
+            gait,
+            ground,
+            ..Robot::default()
+        };
+        robot.plan(seconds, seed)
+    }
+}
+
+/// What sets one robot apart from another, and where it walks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Robot {
+    /// How it walks.
+    pub gait: GaitName,
+    /// What is under its feet.
+    pub ground: Ground,
+    /// The share of steps that meet a greased patch, in [0, 1].
+    pub greased: f64,
+    /// How long its steps are, as a factor of those of the gait.
+    pub step_length: f64,
+    /// How much it shakes its standing feet, as a factor of what is usual with the gait. Faster, not
+    /// further: above about 1.5 at the usual frequency a foot would not count as stable.
+    pub shaking: f64,
+    /// Whether it stands still now and then.
+    pub rests: Option<Rests>,
+}
+
+/// When a robot stands still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rests {
+    /// It walks for so long, s.
+    pub every: f64,
+    /// Then it stands for so long, s.
+    pub lasting: f64,
+}
+
+impl Default for Robot {
+    /// One that walks on a firm floor, as is usual.
+    fn default() -> Self {
+        Self {
+            gait: GaitName::Walk,
+            ground: Ground::Hard,
+            greased: 0.0,
+            step_length: 1.0,
+            shaking: 1.0,
+            rests: None,
+        }
+    }
+}
+
+impl Robot {
+    /// What one of its feet does for a number of seconds, the standing at the beginning included. The
+    /// recording ends wherever the foot then is. `seconds` is finite.
+    #[must_use]
+    pub fn plan(&self, seconds: f64, seed: u64) -> Plan {
         let mut random = Random::new(seed, Stream::Steps);
+        let mut patches = Random::new(seed, Stream::Patches);
         let mut steps = Vec::new();
-        if let Some(style) = gait.style() {
+        if let Some(usual) = self.gait.style() {
+            let style = Style {
+                length: usual.length * self.step_length,
+                ..usual
+            };
             let mut end = STANDING_BEFORE;
+            let mut walking = 0.0;
             while end < seconds {
-                let step = style.step(ground, &mut random);
+                let ground = if patches.uniform(0.0..1.0) < self.greased {
+                    Ground::Greased
+                } else {
+                    self.ground
+                };
+                let mut step = style.step(ground, &mut random);
+                step.tremor.frequency *= self.shaking;
+                step.tremor.acceleration *= self.shaking;
+                step.tremor.rate *= self.shaking;
+                walking += step.duration();
+                if let Some(rests) = self.rests
+                    && walking >= rests.every
+                {
+                    walking = 0.0;
+                    step.stance += rests.lasting;
+                    step.tremor.acceleration = 0.0;
+                    step.tremor.rate = 0.0;
+                }
                 end += step.duration();
                 steps.push(step);
             }
         }
-        Self {
+        let Self { gait, ground, .. } = self;
+        Plan {
             name: format!("{gait} on {ground} ground, seed {seed}"),
             standing: STANDING_BEFORE,
             steps,
@@ -345,6 +424,32 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_robot_slips_where_the_floor_is_greased_and_its_steps_are_its_own() {
+        let usual = Plan::steady(GaitName::Trot, Ground::Hard, 300.0, 5);
+        let robot = Robot {
+            gait: GaitName::Trot,
+            greased: 0.2,
+            step_length: 1.5,
+            shaking: 2.0,
+            rests: Some(Rests {
+                every: 20.0,
+                lasting: 3.0,
+            }),
+            ..Robot::default()
+        };
+        let plan = robot.plan(300.0, 5);
+        let rests = plan.steps.iter().filter(|step| step.stance > 3.0);
+        assert_eq!(rests.count(), 12);
+        let slips = plan.steps.iter().filter(|step| !step.slips.is_empty());
+        let share = slips.count() as f64 / plan.steps.len() as f64;
+        assert!((0.15..0.25).contains(&share), "{share}");
+        let (first, usual) = (&plan.steps[0], &usual.steps[0]);
+        assert!((first.travel[0] - 1.5 * usual.travel[0]).abs() < 1e-12);
+        assert_eq!(first.tremor.frequency, 2.0 * usual.tremor.frequency);
+        assert_eq!(first.swing, usual.swing);
+    }
 
     #[test]
     fn every_gait_is_found_by_its_name() {

@@ -17,6 +17,8 @@ pub(crate) enum Stream {
     Steps = 1,
     /// What a sensor's specimen is like.
     Specimen = 2,
+    /// Which steps meet a patch of other ground.
+    Patches = 3,
 }
 
 /// A seeded source of real numbers.

@@ -77,6 +77,8 @@ pub struct SensorParams {
     pub clock_limit: f64,
     /// The sensor's temperature.
     pub temperature: Temperature,
+    /// By how much the gyroscope's bias grows in each second, per axis, rad/s²: a sensor that fails.
+    pub gyroscope_drift: [f64; 3],
 }
 
 impl SensorParams {
@@ -99,6 +101,7 @@ impl SensorParams {
         },
         clock_limit: 0.03,
         temperature: Temperature::Constant(25.0),
+        gyroscope_drift: [0.0; 3],
     };
 
     /// The same sensor on a robot that warms up by 20 °C with a time constant of 3 min.
@@ -137,10 +140,14 @@ impl SensorParams {
     /// `delay` s later, and until then stands as in the beginning.
     #[must_use]
     pub fn mounted(&self, motion: Track, delay: f64, seed: u64) -> SharedPart {
-        let temperature = self.temperature;
+        let (temperature, drift) = (self.temperature, self.gyroscope_drift);
         let felt = move |seconds: f64| {
             let t = seconds - delay;
-            felt_by(&motion.at(t), temperature.at(t))
+            let mut felt = felt_by(&motion.at(t), temperature.at(t));
+            for (rate, drift) in felt.angular_rate.iter_mut().zip(drift) {
+                *rate += drift * t.max(0.0);
+            }
+            felt
         };
         Part::with_options(felt, self.specimen(seed)).shared()
     }
@@ -239,6 +246,22 @@ mod tests {
         for (drift, per_degree) in drift.into_iter().zip(specimen.gyro_drift) {
             // Noise of the mean of 20 samples; 0.2 °C in the first of them.
             assert!((drift - 20.0 * per_degree).abs() < 60.0 * MILLI_DPS);
+        }
+    }
+
+    #[test]
+    fn a_failing_gyroscope_drifts_evenly() {
+        let params = SensorParams {
+            gyroscope_drift: [0.0, 0.002, -0.001],
+            ..SensorParams::LSM6DSOX
+        };
+        let samples = standing(10, &params, 3);
+        let sound = standing(10, &SensorParams::LSM6DSOX, 3);
+        let rate = |samples: &[[Vector; 2]]| mean(samples[9_900..].iter().map(|s| s[1]));
+        let drift = (rate(&samples) - rate(&sound)).to_array();
+        for (drift, expected) in drift.into_iter().zip([0.0, 0.0199, -0.00995]) {
+            // A code is 70 m°/s, 0.0012 rad/s.
+            assert!((drift - expected).abs() < 2e-4, "{drift} is not {expected}");
         }
     }
 

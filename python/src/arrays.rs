@@ -1,61 +1,81 @@
 //! Arrays in, as they lie in memory: f32 or f64, of any layout.
 
-use numpy::ndarray::{ArrayView1, ArrayView2};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::ndarray::{ArrayView, Dimension, Ix1, Ix2};
+use numpy::{PyReadonlyArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-/// Three readings per sample.
-pub(crate) enum Readings<'py> {
-    Single(PyReadonlyArray2<'py, f32>),
-    Double(PyReadonlyArray2<'py, f64>),
+/// An argument that is an array of f32 or f64.
+pub(crate) enum Numbers<'py, D: Dimension> {
+    Single(PyReadonlyArray<'py, f32, D>),
+    Double(PyReadonlyArray<'py, f64, D>),
 }
 
 /// The same while no Python code runs.
-#[derive(Clone, Copy)]
-pub(crate) enum ReadingsView<'a> {
-    Single(ArrayView2<'a, f32>),
-    Double(ArrayView2<'a, f64>),
+pub(crate) enum View<'a, D: Dimension> {
+    Single(ArrayView<'a, f32, D>),
+    Double(ArrayView<'a, f64, D>),
 }
 
-impl<'py> Readings<'py> {
-    /// An argument of shape (samples, 3).
-    pub(crate) fn of(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
-        let (readings, shape) = if let Ok(array) = value.extract::<PyReadonlyArray2<'py, f32>>() {
-            let shape = array.shape().to_vec();
-            (Self::Single(array), shape)
-        } else if let Ok(array) = value.extract::<PyReadonlyArray2<'py, f64>>() {
-            let shape = array.shape().to_vec();
-            (Self::Double(array), shape)
-        } else {
-            return Err(PyTypeError::new_err(format!(
-                "{name} must be an array of float32 or float64 of shape (samples, 3)"
-            )));
-        };
-        if shape.get(1) != Some(&3) {
-            return Err(PyValueError::new_err(format!(
-                "{name} has the shape {shape:?}, but (samples, 3) is expected"
-            )));
+impl<'py, D: Dimension> Numbers<'py, D> {
+    fn read(name: &str, value: &Bound<'py, PyAny>, shape: &str) -> PyResult<Self> {
+        if let Ok(array) = value.extract() {
+            return Ok(Self::Single(array));
         }
-        Ok(readings)
+        value.extract().map(Self::Double).map_err(|_| {
+            PyTypeError::new_err(format!(
+                "{name} must be an array of float32 or float64 of shape {shape}"
+            ))
+        })
     }
 
+    fn shape(&self) -> &[usize] {
+        match self {
+            Self::Single(array) => array.shape(),
+            Self::Double(array) => array.shape(),
+        }
+    }
+
+    /// The number of samples.
     pub(crate) fn len(&self) -> usize {
-        match self {
-            Self::Single(array) => array.shape()[0],
-            Self::Double(array) => array.shape()[0],
-        }
+        self.shape().first().copied().unwrap_or(0)
     }
 
-    pub(crate) fn view(&self) -> ReadingsView<'_> {
+    pub(crate) fn view(&self) -> View<'_, D> {
         match self {
-            Self::Single(array) => ReadingsView::Single(array.as_array()),
-            Self::Double(array) => ReadingsView::Double(array.as_array()),
+            Self::Single(array) => View::Single(array.as_array()),
+            Self::Double(array) => View::Double(array.as_array()),
         }
     }
 }
 
-impl ReadingsView<'_> {
+impl<'py> Numbers<'py, Ix2> {
+    /// An argument of three readings per sample.
+    pub(crate) fn triples(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let readings = Self::read(name, value, "(samples, 3)")?;
+        match readings.shape() {
+            [_, 3] => Ok(readings),
+            shape => Err(PyValueError::new_err(format!(
+                "{name} has the shape {shape:?}, but (samples, 3) is expected"
+            ))),
+        }
+    }
+}
+
+impl<'py> Numbers<'py, Ix1> {
+    /// An argument of one number per sample.
+    pub(crate) fn column(name: &str, value: &Bound<'py, PyAny>, samples: usize) -> PyResult<Self> {
+        let numbers = Self::read(name, value, "(samples,)")?;
+        match numbers.len() {
+            len if len == samples => Ok(numbers),
+            len => Err(PyValueError::new_err(format!(
+                "{name} has {len} values, but acc has {samples} samples"
+            ))),
+        }
+    }
+}
+
+impl View<'_, Ix2> {
     /// The three readings of a sample, rounded to f32 as the program rounds those of a file.
     pub(crate) fn at(&self, sample: usize) -> [f32; 3] {
         match self {
@@ -65,50 +85,7 @@ impl ReadingsView<'_> {
     }
 }
 
-/// One number per sample.
-pub(crate) enum Numbers<'py> {
-    Single(PyReadonlyArray1<'py, f32>),
-    Double(PyReadonlyArray1<'py, f64>),
-}
-
-/// The same while no Python code runs.
-#[derive(Clone, Copy)]
-pub(crate) enum NumbersView<'a> {
-    Single(ArrayView1<'a, f32>),
-    Double(ArrayView1<'a, f64>),
-}
-
-impl<'py> Numbers<'py> {
-    /// An argument of `expected` numbers.
-    pub(crate) fn of(name: &str, value: &Bound<'py, PyAny>, expected: usize) -> PyResult<Self> {
-        let (numbers, len) = if let Ok(array) = value.extract::<PyReadonlyArray1<'py, f64>>() {
-            let len = array.len();
-            (Self::Double(array), len)
-        } else if let Ok(array) = value.extract::<PyReadonlyArray1<'py, f32>>() {
-            let len = array.len();
-            (Self::Single(array), len)
-        } else {
-            return Err(PyTypeError::new_err(format!(
-                "{name} must be an array of float64 or float32 of shape (samples,)"
-            )));
-        };
-        if len != expected {
-            return Err(PyValueError::new_err(format!(
-                "{name} has {len} values, but acc has {expected} samples"
-            )));
-        }
-        Ok(numbers)
-    }
-
-    pub(crate) fn view(&self) -> NumbersView<'_> {
-        match self {
-            Self::Single(array) => NumbersView::Single(array.as_array()),
-            Self::Double(array) => NumbersView::Double(array.as_array()),
-        }
-    }
-}
-
-impl NumbersView<'_> {
+impl View<'_, Ix1> {
     pub(crate) fn at(&self, sample: usize) -> f64 {
         match self {
             Self::Single(array) => f64::from(array[sample]),

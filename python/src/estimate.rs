@@ -3,27 +3,26 @@
 use analysis::calibrate::learnt::LearntCalibration;
 use analysis::calibrate::robot_file::RobotFile;
 use estimator_core::{
-    AngularRate, ContactEstimate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
+    AngularRate, Gravity, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
 };
+use numpy::ndarray::{Ix1, Ix2};
 use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::rate_of_times;
-use recordings::plausible::Check;
 use recordings::recording::{RecordedSample, Recording};
-use recordings::replay::Replay;
 use recordings::validity::VALIDITIES;
 
-use crate::arrays::{Numbers, NumbersView, Readings, ReadingsView};
-use crate::outputs::Columns;
+use crate::arrays::{Numbers, View};
 use crate::parameters::{Settings, SettingsArguments};
+use crate::run::{self, run};
 
 /// The arrays of a recording while no Python code runs.
 struct Recorded<'a> {
-    acc: ReadingsView<'a>,
-    gyr: ReadingsView<'a>,
-    load: Option<NumbersView<'a>>,
+    acc: View<'a, Ix2>,
+    gyr: View<'a, Ix2>,
+    load: Option<View<'a, Ix1>>,
     /// The place of each sample's validity in [`VALIDITIES`]; `None` where all are valid.
     validity: Option<&'a [u8]>,
     /// The time of each sample, µs since the first; `None` where they are a period apart.
@@ -58,7 +57,10 @@ impl Recorded<'_> {
                     settings,
                 )
             },
-            load: self.load.and_then(|load| known_load(load.at(index))),
+            load: self
+                .load
+                .as_ref()
+                .and_then(|load| known_load(load.at(index))),
             label: None,
         }
     }
@@ -89,7 +91,7 @@ pub(crate) fn known_load(load: f64) -> Option<Load> {
 }
 
 /// The times in µs, rounded as the program rounds those of a file.
-fn micros(times: NumbersView<'_>, samples: usize) -> PyResult<Vec<i64>> {
+fn micros(times: &View<'_, Ix1>, samples: usize) -> PyResult<Vec<i64>> {
     let mut micros = Vec::with_capacity(samples);
     for sample in 0..samples {
         let time = times.at(sample);
@@ -130,9 +132,9 @@ pub(crate) struct Arguments<'py> {
 
 /// The arrays of a recording, which fit together.
 struct Arrays<'py> {
-    acc: Readings<'py>,
-    gyr: Readings<'py>,
-    load: Option<Numbers<'py>>,
+    acc: Numbers<'py, Ix2>,
+    gyr: Numbers<'py, Ix2>,
+    load: Option<Numbers<'py, Ix1>>,
     validity: Option<PyReadonlyArray1<'py, u8>>,
     times_us: Option<Vec<i64>>,
     rate: f32,
@@ -140,8 +142,8 @@ struct Arrays<'py> {
 
 impl<'py> Arrays<'py> {
     fn of(arguments: Arguments<'py>, settings: &Settings) -> PyResult<Self> {
-        let acc = Readings::of("acc", &arguments.acc)?;
-        let gyr = Readings::of("gyr", &arguments.gyr)?;
+        let acc = Numbers::triples("acc", &arguments.acc)?;
+        let gyr = Numbers::triples("gyr", &arguments.gyr)?;
         let samples = acc.len();
         if gyr.len() != samples {
             return Err(PyValueError::new_err(format!(
@@ -154,7 +156,7 @@ impl<'py> Arrays<'py> {
         }
         let numbers = |name: &str, value: Option<&Bound<'py, PyAny>>| {
             value
-                .map(|value| Numbers::of(name, value, samples))
+                .map(|value| Numbers::column(name, value, samples))
                 .transpose()
         };
         let load = numbers("load", arguments.load.as_ref())?;
@@ -167,7 +169,7 @@ impl<'py> Arrays<'py> {
                 places.len()
             )));
         }
-        let times_us = t.map(|t| micros(t.view(), samples)).transpose()?;
+        let times_us = t.map(|t| micros(&t.view(), samples)).transpose()?;
         Ok(Self {
             rate: rate_of(times_us.as_deref(), settings)?,
             acc,
@@ -213,14 +215,17 @@ pub(crate) fn estimate<'py>(
     let arrays = Arrays::of(recording, &settings)?;
     let start_us = arrays.start_us();
     let recorded = arrays.recorded()?;
-    let (columns, findings, learnt) = py
-        .detach(|| run(&recorded, &settings, start_us))
-        .map_err(PyValueError::new_err)?;
-    let dict = columns.into_dict(py)?;
-    dict.set_item("rate", f64::from(arrays.rate))?;
-    dict.set_item("findings", findings)?;
-    dict.set_item("learnt", learnt)?;
-    Ok(dict)
+    let about = run::Recorded {
+        rate: arrays.rate,
+        gravity: settings.gravity.unwrap_or(Gravity::Included),
+        start_us,
+        samples: recorded.samples,
+    };
+    let estimated = py.detach(|| {
+        let samples = (0..recorded.samples).map(|index| Ok(recorded.sample(index, &settings)));
+        run(samples, about, &settings, settings.format)
+    });
+    estimated?.into_dict(py)
 }
 
 /// Learns a foot from recordings; see `footfall.calibrate`. Returns the keys of a configuration and
@@ -233,14 +238,15 @@ pub(crate) fn calibrate<'py>(
 ) -> PyResult<(String, String)> {
     let settings = settings.read()?;
     let error = |error: &dyn std::fmt::Display| PyValueError::new_err(error.to_string());
-    let mut calibration = LearntCalibration::new(&settings.params).map_err(|e| error(&e))?;
+    let mut calibration =
+        LearntCalibration::new(&settings.params(settings.format)).map_err(|e| error(&e))?;
     for (place, arguments) in recordings.into_iter().enumerate() {
         let arrays = Arrays::of(arguments, &settings)?;
         let recorded = arrays.recorded()?;
         let recording = Recording {
             name: format!("recording {place}"),
             sample_rate: recorded.rate,
-            gravity: settings.gravity,
+            gravity: settings.gravity.unwrap_or(Gravity::Included),
             load_title: String::new(),
             samples: (0..recorded.samples)
                 .map(|index| recorded.sample(index, &settings))
@@ -267,23 +273,4 @@ fn rate_of(times_us: Option<&[i64]>, settings: &Settings) -> PyResult<f32> {
             PyValueError::new_err("give the times t in s, or the sample rate in Hz as rate")
         }),
     }
-}
-
-type Run = (Columns, Vec<(&'static str, String)>, Vec<f32>);
-
-fn run(recorded: &Recorded<'_>, settings: &Settings, start_us: i64) -> Result<Run, String> {
-    let mut replay = Replay::new(recorded.rate, settings.gravity, &settings.params)
-        .map_err(|error| format!("parameter {error}"))?;
-    let mut check = Check::new(recorded.rate, settings.gravity);
-    let mut columns = Columns::with_capacity(recorded.samples);
-    for index in 0..recorded.samples {
-        let sample = recorded.sample(index, settings);
-        let estimate: ContactEstimate = replay.update(&sample);
-        check.add(&sample);
-        check.add_estimate(&sample, &estimate);
-        columns.push(&estimate, start_us);
-    }
-    let findings = check.findings();
-    let findings = findings.iter().map(|f| (f.name(), f.to_string())).collect();
-    Ok((columns, findings, replay.finish().to_array().to_vec()))
 }

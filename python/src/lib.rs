@@ -5,19 +5,23 @@
 //! |---|---|
 //! | arrays in, without a copy | [`arrays`] |
 //! | preset and configuration become parameters | [`parameters`] |
-//! | a whole recording, and what it teaches | [`estimate`] |
+//! | a foot through the estimator, and all that is made of it | [`run`], [`outputs`] |
+//! | a recording that is in arrays, and what it teaches | [`estimate`] |
 //! | sample by sample | [`stream`] |
-//! | files become arrays | [`reading`] |
+//! | files become arrays or estimates | [`reading`] |
+//! | what feet have sent | [`decoding`] |
 //! | a simulated foot | [`simulation`] |
 
 // What Python hands over is a value of its own, whatever becomes of it.
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod decoding;
 mod estimate;
 mod outputs;
 mod parameters;
 mod reading;
+mod run;
 mod simulation;
 mod stream;
 
@@ -27,11 +31,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _footfall {
     #[pymodule_export]
+    use super::decoding::decode_file;
+    #[pymodule_export]
     use super::estimate::{calibrate, estimate};
     #[pymodule_export]
     use super::parameters::toml_of;
     #[pymodule_export]
-    use super::reading::read;
+    use super::reading::{estimate_file, read};
     #[pymodule_export]
     use super::simulation::simulate;
     #[pymodule_export]
@@ -46,6 +52,7 @@ mod _footfall {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("STATES", Phase::ALL.map(Phase::name).to_vec())?;
         module.add("FLAGS", Flag::ALL.map(Flag::name).to_vec())?;
+        module.add("SENT_FLAGS", super::decoding::flag_names().to_vec())?;
         module.add("AXES", Axis::ALL.map(Axis::name).to_vec())
     }
 }

@@ -6,6 +6,8 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::run::seconds;
+
 /// Columns of estimates while no Python code runs.
 #[derive(Default)]
 pub(crate) struct Columns {
@@ -43,8 +45,7 @@ impl Columns {
 
     /// Appends an estimate, whose time is `start_us` later on the caller's clock, µs.
     pub(crate) fn push(&mut self, estimate: &ContactEstimate, start_us: i64) {
-        let micros = i128::from(estimate.timestamp.as_micros()) + i128::from(start_us);
-        self.time_s.push(micros as f64 / 1.0e6);
+        self.time_s.push(seconds(estimate.timestamp, start_us));
         let p = estimate.probabilities;
         self.stable.push(p.stable);
         self.tangential.push(p.tangential);
@@ -95,7 +96,7 @@ pub(crate) fn state(phase: Phase) -> u8 {
 }
 
 /// Rows of `width` numbers.
-fn table(numbers: Vec<f32>, width: usize) -> Array2<f32> {
+pub(crate) fn table(numbers: Vec<f32>, width: usize) -> Array2<f32> {
     let rows = numbers.len() / width;
     // The numbers are appended by rows, so there are none left over.
     Array2::from_shape_vec((rows, width), numbers).unwrap_or_default()

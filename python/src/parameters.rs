@@ -1,7 +1,7 @@
-//! Preset and configuration become parameters, as those of the program do; the load trigger of a preset depends on the format of the
-//! recording, as its load does.
+//! Preset and configuration become parameters, as those of the program do; the load trigger of a preset
+//! depends on the format of the recording, as its load does.
 
-use analysis::config::{Overrides, Preset};
+use analysis::config::{Overrides, Preset, parse_axes};
 use estimator_core::{Gravity, Params};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -9,10 +9,13 @@ use recordings::input::{Correction, Format};
 
 /// What the estimator is set to, and what is known about the sensor.
 pub(crate) struct Settings {
-    pub(crate) params: Params,
+    preset: Preset,
+    overrides: Overrides,
+    /// The format of the recording that is in arrays.
+    pub(crate) format: Format,
     pub(crate) correction: Correction,
-    /// Whether the accelerations contain gravity.
-    pub(crate) gravity: Gravity,
+    /// Whether the accelerations contain gravity, where it is given.
+    pub(crate) gravity: Option<Gravity>,
     /// The sample rate in Hz, where it is given.
     pub(crate) rate: Option<f32>,
 }
@@ -29,6 +32,9 @@ pub(crate) struct SettingsArguments {
     gravity: Option<String>,
     #[pyo3(item)]
     rate: Option<f64>,
+    /// How the sensor lies, as `--axes` has it; wins over the configuration.
+    #[pyo3(item)]
+    axes: Option<String>,
     /// The format of the recording, as `--format` has it.
     #[pyo3(item)]
     format: Option<String>,
@@ -43,16 +49,17 @@ impl SettingsArguments {
             Some((file, text)) => Overrides::parse(text, file)
                 .map_err(|error| PyValueError::new_err(error.to_string()))?,
         };
-        let gravity = gravity(self.gravity.as_deref())?.or(overrides.gravity);
-        let correction = overrides
+        let mut correction = overrides
             .correction("config")
             .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        if let Some(axes) = &self.axes {
+            correction.mounting = parse_axes(axes)
+                .map_err(|error| PyValueError::new_err(format!("axes: {error}")))?;
+        }
         let format = match &self.format {
             None => Format::Csv,
             Some(name) => name.parse().map_err(PyValueError::new_err)?,
         };
-        let mut params = preset.params(format);
-        overrides.apply(&mut params);
         if let Some(rate) = self.rate
             && !(rate > 0.0 && rate.is_finite())
         {
@@ -61,14 +68,31 @@ impl SettingsArguments {
             )));
         }
         Ok(Settings {
-            params,
+            preset,
+            format,
             correction,
-            gravity: gravity.unwrap_or(Gravity::Included),
+            gravity: gravity(self.gravity.as_deref())?.or(overrides.gravity),
             rate: self
                 .rate
                 .map(|rate| rate as f32)
                 .or(overrides.sample_rate_hz),
+            overrides,
         })
+    }
+}
+
+impl Settings {
+    /// The preset for recordings of a format, with what the configuration sets.
+    pub(crate) fn params(&self, format: Format) -> Params {
+        let mut params = self.preset.params(format);
+        self.overrides.apply(&mut params);
+        params
+    }
+
+    /// That the window of the preset lasts longer or shorter than the paper's.
+    pub(crate) fn window_notice(&self, format: Format, name: &str, rate: f32) -> Option<String> {
+        let params = self.params(format);
+        self.preset.window_notice(format, &params, name, rate)
     }
 }
 

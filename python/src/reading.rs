@@ -1,22 +1,27 @@
 //! Files become arrays: every format that `footfall replay` reads.
 
+use std::fmt::Display;
 use std::path::PathBuf;
+use std::str::FromStr;
 
-use estimator_core::{Gravity, Load, Vec3};
+use estimator_core::{Gravity, Load, Validity, Vec3};
 use numpy::IntoPyArray;
 use numpy::ndarray::Array2;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::input::{Format, Hints, InputError, Opened, Stored, TableOptions};
+use recordings::input::{
+    About, BagOptions, Format, Hints, InputError, LoadTopic, Opened, Stored, TableOptions, Topics,
+};
 use recordings::recording::Label;
 use recordings::validity::VALIDITIES;
 
-use crate::parameters::gravity;
+use crate::parameters::{Settings, SettingsArguments, gravity};
+use crate::run::{Estimated, Failure, Recorded, run, seconds};
 
 /// Columns of a recording while no Python code runs.
 struct Read {
-    about: recordings::input::About,
+    about: About,
     time_s: Vec<f64>,
     acc: Vec<f32>,
     gyr: Vec<f32>,
@@ -27,7 +32,7 @@ struct Read {
     has_label: bool,
 }
 
-/// Options of tables, as `--map`, `--units`, `--time-unit` and `--times` have them.
+/// Options of reading, as those of `footfall replay` of the same names.
 #[derive(FromPyObject)]
 pub(crate) struct Options {
     #[pyo3(item)]
@@ -36,6 +41,10 @@ pub(crate) struct Options {
     rate: Option<f64>,
     #[pyo3(item)]
     gravity: Option<String>,
+    #[pyo3(item)]
+    topic: Vec<String>,
+    #[pyo3(item)]
+    load_topic: Vec<String>,
     #[pyo3(item)]
     map: Option<String>,
     #[pyo3(item)]
@@ -46,12 +55,52 @@ pub(crate) struct Options {
     times: Option<String>,
 }
 
-fn parsed<T: std::str::FromStr>(name: &str, text: Option<&String>) -> PyResult<Option<T>>
+fn parsed<T: FromStr>(name: &str, text: Option<&String>) -> PyResult<Option<T>>
 where
-    T::Err: std::fmt::Display,
+    T::Err: Display,
 {
     let error = |error: T::Err| PyValueError::new_err(format!("{name}: {error}"));
     text.map(|text| text.parse().map_err(error)).transpose()
+}
+
+impl Options {
+    /// What is known about the file, and its format where that is given.
+    fn read(&self) -> PyResult<(Hints, Option<Format>)> {
+        let loads = self.load_topic.iter();
+        let hints = Hints {
+            sample_rate: self.rate.map(|rate| rate as f32),
+            gravity: gravity(self.gravity.as_deref())?,
+            table: TableOptions {
+                mapping: parsed("map", self.map.as_ref())?.unwrap_or_default(),
+                units: parsed("units", self.units.as_ref())?.unwrap_or_default(),
+                time_unit: parsed("time_unit", self.time_unit.as_ref())?,
+                times: parsed("times", self.times.as_ref())?.unwrap_or_default(),
+            },
+            bag: BagOptions {
+                topics: Topics::from_names(&self.topic),
+                loads: loads
+                    .map(|topic| topic.parse().map_err(named("load_topic")))
+                    .collect::<PyResult<Vec<LoadTopic>>>()?,
+            },
+            ..Hints::default()
+        };
+        Ok((hints, parsed("format", self.format.as_ref())?))
+    }
+}
+
+/// An error about an argument.
+fn named<E: Display>(name: &str) -> impl Fn(E) -> PyErr {
+    move |error| PyValueError::new_err(format!("{name}: {error}"))
+}
+
+/// Files that cannot be read are one kind of error, what is wrong with them is another.
+pub(crate) fn input_error(error: InputError) -> PyErr {
+    match error {
+        InputError::Unreadable { .. } | InputError::Spool { .. } => {
+            PyOSError::new_err(error.to_string())
+        }
+        other => PyValueError::new_err(other.to_string()),
+    }
 }
 
 /// Reads the recording of each foot in a file; see `footfall.read`.
@@ -61,39 +110,74 @@ pub(crate) fn read<'py>(
     path: PathBuf,
     options: Options,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
-    let hints = Hints {
-        sample_rate: options.rate.map(|rate| rate as f32),
-        gravity: gravity(options.gravity.as_deref())?,
-        table: TableOptions {
-            mapping: parsed("map", options.map.as_ref())?.unwrap_or_default(),
-            units: parsed("units", options.units.as_ref())?.unwrap_or_default(),
-            time_unit: parsed("time_unit", options.time_unit.as_ref())?,
-            times: parsed("times", options.times.as_ref())?.unwrap_or_default(),
-        },
-        ..Hints::default()
-    };
-    let format = parsed("format", options.format.as_ref())?;
-    let (recordings, format) = py
-        .detach(|| {
-            let opened = Opened::new(&path, format)?;
-            let format = opened.format();
-            let stored = opened.store_all(&hints)?;
-            let file = path.display().to_string();
-            let columns = stored
-                .into_iter()
-                .map(columns)
-                .collect::<Result<Vec<_>, _>>();
-            let columns = columns.map_err(|source| InputError::Spool { file, source })?;
-            Ok((columns, format))
-        })
-        .map_err(|error| match error {
-            InputError::Unreadable { .. } => PyOSError::new_err(error.to_string()),
-            other => PyValueError::new_err(other.to_string()),
-        })?;
+    let (hints, format) = options.read()?;
+    let read = py.detach(|| {
+        let opened = Opened::new(&path, format)?;
+        let format = opened.format();
+        let stored = opened.store_all(&hints)?.into_iter();
+        let file = path.display().to_string();
+        let columns = stored.map(columns).collect::<Result<Vec<_>, _>>();
+        let columns = columns.map_err(|source| InputError::Spool { file, source })?;
+        Ok((columns, format))
+    });
+    let (recordings, format) = read.map_err(input_error)?;
     recordings
         .into_iter()
         .map(|read| dict(py, read, format))
         .collect()
+}
+
+/// Estimates each foot in a file; see `footfall.estimate_file`.
+#[pyfunction]
+pub(crate) fn estimate_file<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    options: Options,
+    settings: SettingsArguments,
+) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    let settings = settings.read()?;
+    let (hints, format) = options.read()?;
+    let hints = Hints {
+        sample_rate: settings.rate,
+        gravity: settings.gravity,
+        correction: settings.correction,
+        ..hints
+    };
+    let feet = py.detach(|| {
+        let opened = Opened::new(&path, format).map_err(input_error)?;
+        let format = opened.format();
+        let feet = opened.store_all(&hints).map_err(input_error)?.into_iter();
+        feet.map(|stored| estimate_stored(stored, &settings, format))
+            .collect::<PyResult<Vec<_>>>()
+    })?;
+    let into_dict = |(about, estimated): (About, Estimated)| {
+        let dict = estimated.into_dict(py)?;
+        dict.set_item("recording", about.name)?;
+        dict.set_item("foot", about.foot)?;
+        dict.set_item("notices", about.notices)?;
+        Ok(dict)
+    };
+    feet.into_iter().map(into_dict).collect()
+}
+
+fn estimate_stored(
+    mut stored: Stored,
+    settings: &Settings,
+    format: Format,
+) -> PyResult<(About, Estimated)> {
+    let mut about = stored.about.clone();
+    about
+        .notices
+        .extend(settings.window_notice(format, &about.name, about.sample_rate));
+    let recorded = Recorded {
+        rate: about.sample_rate,
+        gravity: about.gravity,
+        start_us: about.start_us,
+        samples: about.samples,
+    };
+    let samples = stored.samples().map_err(Failure::Samples)?;
+    let estimated = run(samples, recorded, settings, format)?;
+    Ok((about, estimated))
 }
 
 fn columns(mut stored: Stored) -> std::io::Result<Read> {
@@ -112,9 +196,8 @@ fn columns(mut stored: Stored) -> std::io::Result<Read> {
     };
     for sample in stored.samples()? {
         let sample = sample?;
-        let since_start = i128::from(sample.imu.timestamp.as_micros());
-        let micros = since_start + i128::from(read.about.start_us);
-        read.time_s.push(micros as f64 / 1.0e6);
+        let start_us = read.about.start_us;
+        read.time_s.push(seconds(sample.imu.timestamp, start_us));
         let Vec3 { x, y, z } = sample.imu.specific_force.0;
         read.acc.extend([x, y, z]);
         let Vec3 { x, y, z } = sample.imu.angular_rate.0;
@@ -128,12 +211,15 @@ fn columns(mut stored: Stored) -> std::io::Result<Read> {
             Some(Label::Stable) => 1,
         });
         read.has_label |= sample.label.is_some();
-        let place = VALIDITIES
-            .iter()
-            .position(|(_, validity)| *validity == sample.imu.validity);
-        read.validity.push(place.unwrap_or(0) as u8);
+        read.validity.push(validity_place(sample.imu.validity));
     }
     Ok(read)
+}
+
+/// The number of a validity: its place in [`VALIDITIES`].
+pub(crate) fn validity_place(validity: Validity) -> u8 {
+    let place = VALIDITIES.iter().position(|(_, known)| *known == validity);
+    place.unwrap_or(0) as u8
 }
 
 fn dict(py: Python<'_>, read: Read, format: Format) -> PyResult<Bound<'_, PyDict>> {

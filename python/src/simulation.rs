@@ -1,7 +1,9 @@
 //! A simulated foot: its recording and the truth about it.
 
+use std::ops::RangeInclusive;
+
 use estimator_core::Vec3;
-use gait::{GaitName, Ground, Plan, SensorParams};
+use gait::{Activity, Ground, Rests, Robot, SensorParams, Simulation, Temperature};
 use numpy::IntoPyArray;
 use numpy::ndarray::Array2;
 use pyo3::exceptions::PyValueError;
@@ -9,38 +11,113 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::recording::{Label, RecordedSample};
 
+use crate::reading::validity_place;
+
 /// The longest walk, s.
 const LONGEST_S: f64 = 86_400.0;
 
+/// Time in which a sensor warms up but for 1/e, s.
+const WARMING_S: f64 = 180.0;
+
+/// What is simulated, as `footfall.simulate` has it.
+#[derive(FromPyObject)]
+pub(crate) struct Walk {
+    #[pyo3(item)]
+    gait: String,
+    #[pyo3(item)]
+    seconds: f64,
+    #[pyo3(item)]
+    seed: u64,
+    #[pyo3(item)]
+    ground: String,
+    #[pyo3(item)]
+    greased: f64,
+    #[pyo3(item)]
+    step_length: f64,
+    #[pyo3(item)]
+    shaking: f64,
+    /// How long it walks and how long it stands by turns, s.
+    #[pyo3(item)]
+    rests: Option<(f64, f64)>,
+    /// °C.
+    #[pyo3(item)]
+    warming: f64,
+    /// rad/s².
+    #[pyo3(item)]
+    gyro_drift: [f64; 3],
+}
+
+/// An error about an argument whose value is not in a range.
+fn within(name: &str, value: f64, range: RangeInclusive<f64>) -> PyResult<f64> {
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    let (least, greatest) = range.into_inner();
+    Err(PyValueError::new_err(format!(
+        "{name} is {value}, but {least} to {greatest} is expected"
+    )))
+}
+
+fn rests((every, lasting): (f64, f64)) -> PyResult<Rests> {
+    Ok(Rests {
+        every: within("rests[0]", every, 0.1..=LONGEST_S)?,
+        lasting: within("rests[1]", lasting, 0.0..=LONGEST_S)?,
+    })
+}
+
+impl Walk {
+    fn robot(&self) -> PyResult<Robot> {
+        let unknown = |error: gait::plan::UnknownGait| PyValueError::new_err(error.to_string());
+        let mut grounds = Ground::ALL.into_iter();
+        let ground = grounds.find(|known| known.name() == self.ground);
+        Ok(Robot {
+            gait: self.gait.parse().map_err(unknown)?,
+            ground: ground.ok_or_else(|| {
+                let known = Ground::ALL.map(Ground::name).join(", ");
+                let ground = &self.ground;
+                PyValueError::new_err(format!(
+                    "ground is {ground:?}, but one of {known} is expected"
+                ))
+            })?,
+            greased: within("greased", self.greased, 0.0..=1.0)?,
+            step_length: within("step_length", self.step_length, 0.1..=3.0)?,
+            shaking: within("shaking", self.shaking, 0.0..=10.0)?,
+            rests: self.rests.map(rests).transpose()?,
+        })
+    }
+
+    fn sensor(&self) -> PyResult<SensorParams> {
+        let [x, y, z] = self.gyro_drift;
+        for drift in [x, y, z] {
+            within("gyro_drift", drift, -1.0..=1.0)?;
+        }
+        let cold = 25.0;
+        Ok(SensorParams {
+            temperature: match within("warming", self.warming, 0.0..=60.0)? {
+                0.0 => Temperature::Constant(cold),
+                warming => Temperature::Warming {
+                    from: cold,
+                    to: cold + warming,
+                    time_constant: WARMING_S,
+                },
+            },
+            gyroscope_drift: [x, y, z],
+            ..SensorParams::LSM6DSOX
+        })
+    }
+}
+
 /// Simulates a foot with a sensor of its own; see `footfall.simulate`.
 #[pyfunction]
-pub(crate) fn simulate<'py>(
-    py: Python<'py>,
-    gait: &str,
-    ground: &str,
-    seconds: f64,
-    seed: u64,
-) -> PyResult<Bound<'py, PyDict>> {
-    let gait: GaitName = gait
-        .parse()
-        .map_err(|error: gait::plan::UnknownGait| PyValueError::new_err(error.to_string()))?;
-    let ground = Ground::ALL
-        .into_iter()
-        .find(|known| known.name() == ground)
-        .ok_or_else(|| {
-            let known = Ground::ALL.map(Ground::name).join(", ");
-            PyValueError::new_err(format!(
-                "ground is {ground:?}, but one of {known} is expected"
-            ))
-        })?;
-    if !(0.001..=LONGEST_S).contains(&seconds) {
-        return Err(PyValueError::new_err(format!(
-            "seconds is {seconds}, but 0.001 to {LONGEST_S} is expected"
-        )));
-    }
-    let recording = py.detach(|| {
-        let plan = Plan::steady(gait, ground, seconds, seed);
-        gait::record(&plan, &SensorParams::LSM6DSOX, seed)
+pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, PyDict>> {
+    let robot = walk.robot()?;
+    let seconds = within("seconds", walk.seconds, 0.001..=LONGEST_S)?;
+    let sensor = walk.sensor()?;
+    let (recording, truth) = py.detach(|| {
+        let plan = robot.plan(seconds, walk.seed);
+        let simulation = gait::simulate(&plan, &sensor, walk.seed);
+        let truth = Truth::of(&simulation);
+        (simulation.recording, truth)
     });
     let samples = &recording.samples;
     let vectors = |pick: fn(&RecordedSample) -> Vec3| {
@@ -71,6 +148,45 @@ pub(crate) fn simulate<'py>(
     dict.set_item("gyr", vectors(|s| s.imu.angular_rate.0).into_pyarray(py))?;
     dict.set_item("load", load.into_pyarray(py))?;
     dict.set_item("label", label.into_pyarray(py))?;
-    dict.set_item("validity", vec![0_u8; samples.len()].into_pyarray(py))?;
+    let validity = samples
+        .iter()
+        .map(|sample| validity_place(sample.imu.validity));
+    dict.set_item("validity", validity.collect::<Vec<_>>().into_pyarray(py))?;
+    dict.set_item("touch_downs", truth.touch_downs_s.into_pyarray(py))?;
+    let slips = truth.slips_s.into_iter().flatten().collect::<Vec<_>>();
+    let rows = slips.len() / 2;
+    let slips = Array2::from_shape_vec((rows, 2), slips).unwrap_or_default();
+    dict.set_item("slips", slips.into_pyarray(py))?;
     Ok(dict)
+}
+
+/// What really happened.
+struct Truth {
+    touch_downs_s: Vec<f64>,
+    /// Beginning and end of each, of those that began.
+    slips_s: Vec<[f64; 2]>,
+}
+
+impl Truth {
+    fn of(simulation: &Simulation) -> Self {
+        let samples = simulation.recording.samples.iter();
+        let states: Vec<(f64, Activity)> = samples
+            .map(RecordedSample::time_s)
+            .zip(simulation.truth.iter().map(|state| state.activity))
+            .collect();
+        let turns = || states.windows(2).map(|pair| (pair[0], pair[1]));
+        let touch_downs = turns().filter(|((_, before), (_, after))| {
+            *before == Activity::Swinging && *after != Activity::Swinging
+        });
+        let slips = states
+            .chunk_by(|(_, one), (_, other)| one == other)
+            .filter_map(|stretch| match stretch {
+                [(first, Activity::Slipping), .., (last, _)] => Some([*first, *last]),
+                _ => None,
+            });
+        Self {
+            touch_downs_s: touch_downs.map(|(_, (time, _))| time).collect(),
+            slips_s: slips.collect(),
+        }
+    }
 }

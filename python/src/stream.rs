@@ -1,6 +1,8 @@
 //! Sample by sample, as a robot has them.
 
-use estimator_core::{ContactEstimate, Decision, Flag, Phase, Quaternion, Timestamp, Vec3};
+use estimator_core::{
+    ContactEstimate, Decision, Flag, Gravity, Phase, Quaternion, Timestamp, Vec3,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::recording::RecordedSample;
@@ -40,7 +42,8 @@ impl Estimator {
         let rate = settings
             .rate
             .ok_or_else(|| PyValueError::new_err("give the sample rate in Hz as rate"))?;
-        let replay = Replay::new(rate, settings.gravity, &settings.params)
+        let gravity = settings.gravity.unwrap_or(Gravity::Included);
+        let replay = Replay::new(rate, gravity, &settings.params(settings.format))
             .map_err(|error| PyValueError::new_err(format!("parameter {error}")))?;
         Ok(Self {
             settings,

@@ -20,6 +20,8 @@ COLUMNS = {
     **{f"bw{name}": ("gyro_bias", k) for k, name in enumerate("xyz")},
 }
 
+VALIDITIES = ("valid", "accelerometer_saturated", "gyroscope_saturated", "both_saturated")
+
 
 def assert_same(result: footfall.Result, table: list[dict[str, str]]) -> None:
     """Compares every column of the program's table with its array."""
@@ -41,7 +43,7 @@ def assert_same(result: footfall.Result, table: list[dict[str, str]]) -> None:
 @pytest.mark.parametrize(("format", "path"), published(), ids=lambda value: str(value)[-24:])
 @pytest.mark.parametrize("preset", ["default", "paper"])
 def test_published_recordings_have_the_programs_bits(
-    program: str, tmp_path: Path, format: str, path: Path, preset: footfall._settings.Preset
+    program: str, tmp_path: Path, format: str, path: Path, preset: footfall.Preset
 ) -> None:
     options = ["--format", format, "--preset", preset]
     table = rows(program, str(path), *options, cwd=tmp_path)
@@ -56,7 +58,9 @@ def test_a_simulated_walk_has_the_programs_bits_by_way_of_a_file(
     table = rows(program, "walk.csv", cwd=tmp_path)
     assert_same(walk.estimate(), table)
     assert walk.load is not None
-    assert_same(footfall.estimate(walk.acc, walk.gyr, walk.t, load=walk.load), table)
+    assert walk.validity.any()
+    result = footfall.estimate(walk.acc, walk.gyr, walk.t, load=walk.load, validity=walk.validity)
+    assert_same(result, table)
 
 
 def test_a_configuration_has_the_programs_effect(
@@ -80,9 +84,9 @@ def test_a_configuration_has_the_programs_effect(
 
 
 def test_a_stream_has_the_bits_of_the_whole(walk: footfall.Recording) -> None:
-    whole = walk.estimate()
-    foot = footfall.Estimator(rate=walk.rate)
     assert walk.load is not None
+    whole = footfall.estimate(walk.acc, walk.gyr, walk.t, load=walk.load)
+    foot = footfall.Estimator(rate=walk.rate)
     for k in range(len(walk)):
         estimate = foot.update(walk.acc[k], walk.gyr[k], walk.t[k], walk.load[k])
         assert np.float32(estimate.p_stable) == whole.p_stable[k]
@@ -108,7 +112,9 @@ def write(recording: footfall.Recording, path: Path) -> None:
     """Writes a recording as the program's table: numbers read back as the same float32."""
     assert recording.load is not None
     with open(path, "w", encoding="utf-8") as file:
-        file.write("t,ax,ay,az,wx,wy,wz,force\n")
-        for t, acc, gyr, load in zip(recording.t, recording.acc, recording.gyr, recording.load):
-            cells = [f"{t:.6f}", *map(str, acc), *map(str, gyr), repr(float(load))]
+        file.write("t,ax,ay,az,wx,wy,wz,force,validity\n")
+        columns = recording.t, recording.acc, recording.gyr, recording.load, recording.validity
+        for t, acc, gyr, load, validity in zip(*columns):
+            numbers = [f"{t:.6f}", *map(str, acc), *map(str, gyr), repr(float(load))]
+            cells = [*numbers, VALIDITIES[validity]]
             file.write(",".join(cells) + "\n")

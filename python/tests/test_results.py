@@ -47,14 +47,22 @@ def test_structured_and_arrow_have_the_programs_columns(walk: footfall.Recording
     assert table["state"].to_pylist() == list(result.state_names())
 
 
-def test_each_stance_is_an_event(walk: footfall.Recording) -> None:
-    result = walk.estimate()
-    events = result.events()
-    assert len(events) == np.sum(np.diff(result.decision.astype(int), prepend=0) == 1)
-    for event in events:
-        assert event.end is None or event.end > event.start
-        assert 0.5 < event.p_peak <= 1.0
-    assert events[-1].end is None or not result.decision[-1]
+def test_a_slip_is_an_event_and_what_is_simulated_is_known() -> None:
+    slippery = footfall.simulate("trot", 60.0, seed=1, greased=0.1)
+    assert len(slippery.touch_downs) > 100 and slippery.slips.shape == (10, 2)
+    starts = [event.t for event in slippery.estimate().events() if event.kind == "slip_start"]
+    assert 7 <= len(starts) <= 10
+    for start in starts:
+        assert np.abs(slippery.slips[:, 0] - start).min() < 0.05
+
+
+def test_a_robot_that_rests_shows_the_drift_of_its_gyroscope() -> None:
+    sound = footfall.simulate("walk", 20.0, rests=(5.0, 4.0))
+    drifting = footfall.simulate("walk", 20.0, rests=(5.0, 4.0), gyro_drift=(5e-4, 0.0, -2e-4))
+    biases = [walk.estimate().gyro_bias for walk in (sound, drifting)]
+    change = [bias[-1] - bias[1900] for bias in biases]
+    assert np.abs(change[0]).max() < 3e-4
+    assert change[1][0] > 1.5e-3 and change[1][2] < -0.6e-3
 
 
 def test_a_warm_start_begins_settled(walk: footfall.Recording) -> None:
@@ -116,6 +124,12 @@ ACC, GYR = standing(10)
         (lambda: footfall.simulate("hop"), "hop"),
         (lambda: footfall.simulate("walk", ground="ice"), "hard, greased, soft"),
         (lambda: footfall.simulate("walk", float("inf")), "seconds is inf"),
+        (lambda: footfall.simulate(greased=1.5), "greased is 1.5, but 0 to 1 is expected"),
+        (lambda: footfall.simulate(rests=(0.0, 1.0)), r"rests\[0\] is 0, but 0.1"),
+        (lambda: footfall.simulate(gyro_drift=(0.0, 0.0, 2.0)), "gyro_drift is 2"),
+        (lambda: footfall.estimate(ACC, GYR, rate=100.0, axes="x,x,y"), "axes"),
+        (lambda: footfall.read(__file__, load_topic=":x"), "load_topic"),
+        (lambda: footfall.estimate_file(__file__), "test_results.py"),
         (lambda: footfall.calibrate([]), "nothing to learn from"),
         (lambda: footfall.Estimator(rate=0.0), "rate is 0"),
         (lambda: footfall.read(__file__), "test_results.py"),
@@ -131,6 +145,8 @@ def test_what_is_no_array_of_numbers_is_a_type_error() -> None:
         footfall.estimate([["a", "b", "c"]], [[0.0, 0.0, 0.0]], rate=100.0)
     with pytest.raises(OSError, match="nowhere.csv"):
         footfall.read("nowhere.csv")
+    with pytest.raises(OSError, match="nowhere.csv"):
+        footfall.estimate_file("nowhere.csv")
 
 
 def test_a_time_that_does_not_advance_is_refused_and_the_stream_goes_on() -> None:

@@ -10,34 +10,48 @@ The estimator is that of the firmware and of the program ``footfall``, to the bi
 
 ========================  ==================================================================
 :func:`estimate`          probabilities of a whole recording that is in arrays
+:func:`estimate_file`     the same of each foot in a file of every format that the program reads
 :class:`Estimator`        the same, sample by sample
-:func:`read`              recordings from files of every format that the program reads
+:func:`read`              the recordings of such a file, as arrays
+:func:`decode`            what feet have sent over CAN or a serial line, as arrays
 :func:`simulate`          a recording of a simulated foot, with the truth about it
 :func:`calibrate`         what a foot teaches, for a warm start
 ========================  ==================================================================
 """
 
 from ._calibration import Calibration, calibrate
-from ._estimate import estimate
-from ._footfall import AXES, FLAGS, STATES, __version__
-from ._recording import Recording, read, simulate
+from ._decoded import Decoded, decode
+from ._estimate import estimate, estimate_file
+from ._footfall import AXES, FLAGS, SENT_FLAGS, STATES, __version__
+from ._recording import Recording, Simulation, read, simulate
 from ._result import Event, Finding, Result
+from ._settings import Config, Gravity, Preset, Times, TimeUnit
 from ._stream import Estimate, Estimator
 
 __all__ = [
     "AXES",
     "FLAGS",
+    "SENT_FLAGS",
     "STATES",
     "Calibration",
+    "Config",
+    "Decoded",
     "Estimate",
     "Estimator",
     "Event",
     "Finding",
+    "Gravity",
+    "Preset",
     "Recording",
     "Result",
+    "Simulation",
+    "TimeUnit",
+    "Times",
     "__version__",
     "calibrate",
+    "decode",
     "estimate",
+    "estimate_file",
     "read",
     "simulate",
 ]

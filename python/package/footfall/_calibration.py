@@ -51,7 +51,9 @@ def calibrate(
     if len(gravities) > 1:
         raise ValueError("recordings have gravity included in some and removed in others")
     first = several[0]
-    chosen = settings(preset, config, first.gravity, None, first.format)
+    if any(recording.axes != first.axes for recording in several):
+        raise ValueError("recordings differ in their axes")
+    chosen = settings(preset, config, first.gravity, None, first.axes, first.format)
     arrays = [recording._arrays() for recording in several]
     keys, report = _footfall.calibrate(arrays, chosen)
     return Calibration(config=json.loads(keys), report=json.loads(report))

@@ -1,13 +1,25 @@
-"""Probabilities of a whole recording that is in arrays."""
+"""Probabilities of a whole recording: one that is in arrays, or those of a file."""
 
 from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _footfall
 from ._result import Result
-from ._settings import Config, Gravity, Preset, RecordingDict, settings
+from ._settings import (
+    Config,
+    Gravity,
+    Preset,
+    RecordingDict,
+    Times,
+    TimeUnit,
+    read_options,
+    settings,
+)
 
 
 def estimate(
@@ -20,6 +32,7 @@ def estimate(
     preset: Preset = "default",
     config: Config | None = None,
     gravity: Gravity | None = None,
+    axes: str | None = None,
     validity: npt.ArrayLike | None = None,
 ) -> Result:
     """Estimates the probability of stable contact for every sample, from the past alone.
@@ -48,6 +61,10 @@ def estimate(
         file.
     gravity : {"included", "removed"}, optional
         Whether `acc` contains gravity. The configuration's where it is not given, else included.
+    axes : str, optional
+        How the sensor lies in the foot: the sensor's axes along the foot's x, y and z, such as
+        ``"x,-z,y"``, or a unit quaternion ``"w,x,y,z"`` from the sensor's frame to the foot's. The
+        configuration's where it is not given, else the two frames are one.
     validity : array_like of uint8, shape (N,), optional
         What the source knows about each sample, as :attr:`Recording.validity` has it.
 
@@ -70,8 +87,59 @@ def estimate(
         "load": _numbers(load),
         "validity": None if validity is None else np.ascontiguousarray(validity, dtype=np.uint8),
     }
-    arrays = _footfall.estimate(recording, settings(preset, config, gravity, rate))
+    arrays = _footfall.estimate(recording, settings(preset, config, gravity, rate, axes))
     return Result._of(arrays)
+
+
+def estimate_file(
+    path: str | os.PathLike[str],
+    *,
+    preset: Preset = "default",
+    config: Config | None = None,
+    format: str | None = None,
+    rate: float | None = None,
+    gravity: Gravity | None = None,
+    axes: str | None = None,
+    topic: str | Sequence[str] | None = None,
+    load_topic: str | Sequence[str] | None = None,
+    map: str | Mapping[str, str] | None = None,
+    units: str | None = None,
+    time_unit: TimeUnit | None = None,
+    times: Times | None = None,
+) -> list[Result]:
+    """Estimates each foot in a file, as ``footfall replay`` does.
+
+    Samples go from the file to the estimator one by one; only the estimates are in memory.
+
+    Parameters
+    ----------
+    path : path
+        A recording in any of the formats of ``docs/formats.md``.
+    preset, config, gravity, axes
+        As of :func:`estimate`.
+    format, rate, topic, load_topic, map, units, time_unit, times
+        As of :func:`read`. A `rate`, `gravity` or `axes` that is given wins over that of `config`.
+
+    Returns
+    -------
+    list of Result
+        One for each foot: in the order of `topic`, by name with ``"all"``, and just one where the
+        file is of one foot. :attr:`Result.foot` has its name.
+
+    Raises
+    ------
+    ValueError
+        The file is not understood, or an argument is out of its range; the message names the place,
+        and what to do.
+    OSError
+        It cannot be read.
+    """
+    options = read_options(
+        format, rate, gravity, topic, load_topic, map, units, time_unit, times
+    )
+    chosen = settings(preset, config, gravity, rate, axes)
+    feet = _footfall.estimate_file(os.fspath(path), options, chosen)
+    return [Result._of(arrays) for arrays in feet]
 
 
 def _vectors(values: npt.ArrayLike) -> npt.NDArray[np.floating]:

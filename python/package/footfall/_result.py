@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -26,15 +26,19 @@ class Finding:
 
 @dataclass(frozen=True)
 class Event:
-    """A stance, from its touch-down to its lift-off, as the debounced decision has it."""
+    """A touch-down, a lift-off, or where a slip begins or ends, as ``footfall replay --events`` has it."""
 
-    kind: Literal["stance"]
-    start: float
-    """When the decision turned to stable, s."""
-    end: float | None
-    """When it turned back, s; ``None`` where the recording ends before."""
+    kind: Literal["touch_down", "lift_off", "slip_start", "slip_end"]
+    """What it was."""
+    t: float
+    """When it was, s."""
+    duration: float | None
+    """Of the stance or slip that begins or ends here, s; ``None`` where its other end is not known."""
     p_peak: float
-    """The largest probability in it, in [0, 1]."""
+    """The largest probability in that stance or slip, in [0, 1]."""
+    distance: float | None
+    """Of the slip, along the ground, m; ``None`` for stances, where the slip has not ended, and where a
+    sample in it was missing or in doubt."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +56,13 @@ class Result:
     p_axes: npt.NDArray[np.float32]
     """No motion along or about each axis of :data:`AXES`. In [0, 1], shape (N, 6)."""
     quaternion: npt.NDArray[np.float32]
-    """Orientation w, x, y, z, Hamilton, sensor → world, z up, heading arbitrary. Shape (N, 4)."""
+    """Orientation w, x, y, z, Hamilton, foot → world, z up, heading arbitrary. Shape (N, 4)."""
     linear_acceleration: npt.NDArray[np.float32]
-    """Acceleration without gravity in the frame of the sensor, m/s², shape (N, 3)."""
+    """Acceleration without gravity in the frame of the foot, m/s², shape (N, 3)."""
     angular_rate: npt.NDArray[np.float32]
-    """Angular rate without bias in the frame of the sensor, rad/s, shape (N, 3)."""
+    """Angular rate without bias in the frame of the foot, rad/s, shape (N, 3)."""
     gyro_bias: npt.NDArray[np.float32]
-    """Bias of the gyroscope, rad/s, shape (N, 3)."""
+    """Bias of the gyroscope in the frame of the foot, rad/s, shape (N, 3)."""
     state: npt.NDArray[np.uint8]
     """Index into :data:`STATES`; ``unknown`` without a load. Shape (N,)."""
     decision: npt.NDArray[np.bool_]
@@ -71,12 +75,21 @@ class Result:
     """What is not plausible about the recording."""
     learnt: npt.NDArray[np.float32]
     """What the estimator has learnt by the end; see :func:`calibrate` for a warm start."""
+    recording: str | None = None
+    """The name of the recording, where it has one."""
+    foot: str | None = None
+    """The foot, where the file names it."""
+    notices: tuple[str, ...] = ()
+    """One sentence on each thing of the file that was left out or reinterpreted."""
+    _events: tuple[Event, ...] = field(default=(), repr=False)
 
     @classmethod
     def _of(cls, arrays: dict[str, Any]) -> Result:
         findings = tuple(Finding(name, message) for name, message in arrays.pop("findings"))
         learnt = np.asarray(arrays.pop("learnt"), dtype=np.float32)
-        return cls(**arrays, findings=findings, learnt=learnt)
+        events = tuple(Event(*event) for event in arrays.pop("events"))
+        arrays["notices"] = tuple(arrays.get("notices", ()))
+        return cls(**arrays, findings=findings, learnt=learnt, _events=events)
 
     def __len__(self) -> int:
         return len(self.p_stable)
@@ -130,17 +143,6 @@ class Result:
         columns["state"] = pyarrow.DictionaryArray.from_arrays(self.state, list(STATES))
         return pyarrow.table(columns)
 
-    def events(self) -> list[Event]:
-        """The stances of the recording, in order."""
-        turns = np.flatnonzero(np.diff(self.decision.astype(np.int8), prepend=0, append=0))
-        events = []
-        for start, end in zip(turns[::2], turns[1::2]):
-            events.append(
-                Event(
-                    kind="stance",
-                    start=float(self.t[start]),
-                    end=float(self.t[end]) if end < len(self) else None,
-                    p_peak=float(self.p_stable[start:end].max()),
-                )
-            )
-        return events
+    def events(self) -> tuple[Event, ...]:
+        """Touch-downs, lift-offs, and where slips begin and end, in order of time."""
+        return self._events

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict, Union
 
 import numpy as np
@@ -14,6 +14,8 @@ from . import _footfall
 
 Preset = Literal["default", "paper"]
 Gravity = Literal["included", "removed"]
+TimeUnit = Literal["s", "ms", "us", "ns"]
+Times = Literal["keep", "drop-bad", "rate"]
 Config = Union[Mapping[str, Any], str, "os.PathLike[str]"]
 
 
@@ -24,6 +26,7 @@ class SettingsDict(TypedDict):
     config: tuple[str, str] | None
     gravity: str | None
     rate: float | None
+    axes: str | None
     format: str | None
 
 
@@ -36,16 +39,34 @@ class RecordingDict(TypedDict):
     load: npt.NDArray[np.floating] | None
     validity: npt.NDArray[np.uint8] | None
 
+
 class ReadDict(TypedDict):
     """The options of reading a file."""
 
     format: str | None
     rate: float | None
     gravity: str | None
+    topic: list[str]
+    load_topic: list[str]
     map: str | None
     units: str | None
     time_unit: str | None
     times: str | None
+
+
+class WalkDict(TypedDict):
+    """What is simulated."""
+
+    gait: str
+    seconds: float
+    seed: int
+    ground: str
+    greased: float
+    step_length: float
+    shaking: float
+    rests: tuple[float, float] | None
+    warming: float
+    gyro_drift: tuple[float, float, float]
 
 
 def settings(
@@ -53,6 +74,7 @@ def settings(
     config: Config | None,
     gravity: str | None,
     rate: float | None,
+    axes: str | None = None,
     format: str | None = None,
 ) -> SettingsDict:
     """Collects the arguments; the Rust part checks them."""
@@ -61,8 +83,42 @@ def settings(
         "config": _text(config),
         "gravity": gravity,
         "rate": None if rate is None else float(rate),
+        "axes": axes,
         "format": format,
     }
+
+
+def read_options(
+    format: str | None,
+    rate: float | None,
+    gravity: str | None,
+    topic: str | Sequence[str] | None,
+    load_topic: str | Sequence[str] | None,
+    map: str | Mapping[str, str] | None,
+    units: str | None,
+    time_unit: str | None,
+    times: str | None,
+) -> ReadDict:
+    """Collects the options of reading a file; the Rust part checks them."""
+    if isinstance(map, Mapping):
+        map = ",".join(f"{ours}={theirs}" for ours, theirs in map.items())
+    return {
+        "format": format,
+        "rate": None if rate is None else float(rate),
+        "gravity": gravity,
+        "topic": _several(topic),
+        "load_topic": _several(load_topic),
+        "map": map,
+        "units": units,
+        "time_unit": time_unit,
+        "times": times,
+    }
+
+
+def _several(names: str | Sequence[str] | None) -> list[str]:
+    if names is None:
+        return []
+    return [names] if isinstance(names, str) else list(names)
 
 
 def _text(config: Config | None) -> tuple[str, str] | None:

@@ -23,9 +23,9 @@ class Estimate(NamedTuple):
     p_axes: tuple[float, ...]
     """No motion along or about each axis of :data:`footfall.AXES`, in [0, 1]."""
     quaternion: tuple[float, ...]
-    """Orientation w, x, y, z, Hamilton, sensor → world, z up."""
+    """Orientation w, x, y, z, Hamilton, foot → world, z up."""
     linear_acceleration: tuple[float, ...]
-    """Acceleration without gravity in the frame of the sensor, m/s²."""
+    """Acceleration without gravity in the frame of the foot, m/s²."""
     state: str
     """One of :data:`footfall.STATES`; ``unknown`` without a load."""
     decision: bool
@@ -41,7 +41,7 @@ class Estimator:
     ----------
     rate : float, Hz
         The sample rate, 20 to 10 000 Hz.
-    preset, config, gravity
+    preset, config, gravity, axes
         As of :func:`footfall.estimate`.
 
     Raises
@@ -63,8 +63,9 @@ class Estimator:
         preset: Preset = "default",
         config: Config | None = None,
         gravity: Gravity | None = None,
+        axes: str | None = None,
     ) -> None:
-        self._estimator = _footfall.Estimator(settings(preset, config, gravity, rate))
+        self._estimator = _footfall.Estimator(settings(preset, config, gravity, rate, axes))
 
     def update(
         self,

@@ -1,0 +1,204 @@
+//! What feet have sent: rows as arrays, and the report.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use decode::feet::Name;
+use decode::row::Clock;
+use decode::{DecodeError, Feet, Outcome, Row};
+use estimator_core::{Decision, Flag, PerAxis};
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use wire::NodeId;
+
+use crate::outputs::{state, table};
+use crate::run::seconds;
+
+/// Flags that only what was sent has, after those of the estimator.
+const OF_FRAMES: [&str; 3] = ["starting", "fault", "doubtful"];
+
+const ESTIMATORS: usize = Flag::ALL.len();
+
+/// The names of all flags of a row, by their bits.
+pub(crate) fn flag_names() -> [&'static str; ESTIMATORS + OF_FRAMES.len()] {
+    std::array::from_fn(|k| match Flag::ALL.get(k) {
+        Some(flag) => flag.name(),
+        None => OF_FRAMES[k - ESTIMATORS],
+    })
+}
+
+/// Texts of a column, each once.
+#[derive(Default)]
+struct Names {
+    places: BTreeMap<Arc<str>, i16>,
+    names: Vec<String>,
+    /// A place in `names` per row; -1 where there is none.
+    column: Vec<i16>,
+}
+
+impl Names {
+    fn push(&mut self, name: Option<&Arc<str>>) {
+        let place = match name {
+            None => -1,
+            Some(name) => match self.places.get(name) {
+                Some(place) => *place,
+                None => {
+                    let place = i16::try_from(self.names.len()).unwrap_or(-1);
+                    self.places.insert(Arc::clone(name), place);
+                    self.names.push(name.to_string());
+                    place
+                }
+            },
+        };
+        self.column.push(place);
+    }
+}
+
+/// Columns of rows while no Python code runs.
+#[derive(Default)]
+struct Columns {
+    time_s: Vec<f64>,
+    received_s: Vec<f64>,
+    common_s: Vec<f64>,
+    by_sync: Vec<bool>,
+    interface: Names,
+    foot: Names,
+    node: Vec<u8>,
+    segment: Vec<u32>,
+    sequence: Vec<u16>,
+    stable: Vec<f32>,
+    tangential: Vec<f32>,
+    vertical: Vec<f32>,
+    axes: Vec<f32>,
+    quaternion: Vec<f32>,
+    linear_acceleration: Vec<f32>,
+    angular_rate: Vec<f32>,
+    gyro_bias: Vec<f32>,
+    temperature: Vec<f32>,
+    state: Vec<u8>,
+    decision: Vec<bool>,
+    flags: Vec<u16>,
+}
+
+impl Columns {
+    fn push(&mut self, row: &Row, flags: &[&str]) {
+        let time = |time| seconds(time, 0);
+        self.time_s.push(time(row.timestamp));
+        self.received_s.push(row.received.map_or(f64::NAN, time));
+        let (common, clock) = row.common.unzip();
+        self.common_s.push(common.map_or(f64::NAN, time));
+        self.by_sync.push(clock == Some(Clock::Sync));
+        self.interface.push(row.interface.as_ref());
+        self.foot.push(row.foot.as_ref());
+        self.node.push(row.node.map_or(0, NodeId::get));
+        self.segment.push(row.segment);
+        self.sequence.push(row.sequence);
+        self.stable.push(row.stable);
+        self.tangential.push(row.tangential);
+        self.vertical.push(row.vertical);
+        let axes = row.axes.map(PerAxis::to_array);
+        self.axes.extend(axes.unwrap_or([f32::NAN; 6]));
+        let quaternion = row.orientation.map(|q| [q.w, q.x, q.y, q.z]);
+        self.quaternion.extend(quaternion.unwrap_or([f32::NAN; 4]));
+        let vectors = [
+            (&mut self.linear_acceleration, row.acceleration),
+            (&mut self.angular_rate, row.rate),
+            (&mut self.gyro_bias, row.bias),
+        ];
+        for (column, vector) in vectors {
+            let vector = vector.map(|v| [v.x, v.y, v.z]);
+            column.extend(vector.unwrap_or([f32::NAN; 3]));
+        }
+        self.temperature.push(row.temperature.unwrap_or(f32::NAN));
+        self.state.push(state(row.status.phase()));
+        self.decision
+            .push(row.status.decision() == Decision::Stable);
+        let names = row.flag_names();
+        let raised = flags.iter().map(|flag| names.contains(flag));
+        let bits = raised.enumerate().map(|(k, is)| u16::from(is) << k);
+        self.flags.push(bits.sum());
+    }
+
+    /// The arrays by the names of `footfall.Decoded`.
+    fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("t", self.time_s.into_pyarray(py))?;
+        dict.set_item("t_received", self.received_s.into_pyarray(py))?;
+        dict.set_item("t_common", self.common_s.into_pyarray(py))?;
+        dict.set_item("by_sync", PyArray1::from_vec(py, self.by_sync))?;
+        dict.set_item("interface", self.interface.column.into_pyarray(py))?;
+        dict.set_item("interfaces", self.interface.names)?;
+        dict.set_item("foot", self.foot.column.into_pyarray(py))?;
+        dict.set_item("feet", self.foot.names)?;
+        dict.set_item("node", self.node.into_pyarray(py))?;
+        dict.set_item("segment", self.segment.into_pyarray(py))?;
+        dict.set_item("sequence", self.sequence.into_pyarray(py))?;
+        dict.set_item("p_stable", self.stable.into_pyarray(py))?;
+        dict.set_item("p_tangential", self.tangential.into_pyarray(py))?;
+        dict.set_item("p_vertical", self.vertical.into_pyarray(py))?;
+        let tables: [(&str, Array2<f32>); 5] = [
+            ("p_axes", table(self.axes, 6)),
+            ("quaternion", table(self.quaternion, 4)),
+            ("linear_acceleration", table(self.linear_acceleration, 3)),
+            ("angular_rate", table(self.angular_rate, 3)),
+            ("gyro_bias", table(self.gyro_bias, 3)),
+        ];
+        for (name, table) in tables {
+            dict.set_item(name, table.into_pyarray(py))?;
+        }
+        dict.set_item("temperature", self.temperature.into_pyarray(py))?;
+        dict.set_item("state", self.state.into_pyarray(py))?;
+        dict.set_item("decision", PyArray1::from_vec(py, self.decision))?;
+        dict.set_item("flags", self.flags.into_pyarray(py))?;
+        Ok(dict)
+    }
+}
+
+fn node(id: i64) -> PyResult<NodeId> {
+    let node = u8::try_from(id).ok().and_then(NodeId::new);
+    node.ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "node is {id}, but a node id, 1 to 127, is expected"
+        ))
+    })
+}
+
+/// Decodes what feet have sent; see `footfall.decode`. Returns the arrays, and the report as JSON.
+#[pyfunction]
+pub(crate) fn decode_file<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    nodes: Vec<i64>,
+    names: BTreeMap<i64, String>,
+) -> PyResult<(Bound<'py, PyDict>, String)> {
+    let mut feet = Feet::default();
+    for id in nodes {
+        feet.add(node(id)?);
+    }
+    for (id, name) in names {
+        let name = Name::new(&name)
+            .map_err(|error| PyValueError::new_err(format!("{name:?} of node {id}: {error}")))?;
+        feet.call(node(id)?, &name);
+    }
+    let mut columns = Columns::default();
+    let flags = flag_names();
+    let decoded = py.detach(|| {
+        decode::read(&path, &feet, &mut |row| {
+            columns.push(&row, &flags);
+            Ok(())
+        })
+    });
+    let Outcome { report, notices } = decoded.map_err(|error| match error {
+        DecodeError::Unreadable { .. } => PyOSError::new_err(error.to_string()),
+        other => PyValueError::new_err(other.to_string()),
+    })?;
+    let report = serde_json::to_string(&report)
+        .map_err(|error| PyValueError::new_err(format!("the report cannot be written: {error}")))?;
+    let dict = columns.into_dict(py)?;
+    dict.set_item("notices", notices)?;
+    Ok((dict, report))
+}

@@ -1,0 +1,119 @@
+//! One foot through the estimator, and all that is made of it.
+
+use std::io;
+
+use estimator_core::{Gravity, ParamsError, Timestamp};
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use recordings::events::{Event, Events};
+use recordings::input::Format;
+use recordings::plausible::Check;
+use recordings::recording::RecordedSample;
+use recordings::replay::Replay;
+use thiserror::Error;
+
+use crate::outputs::Columns;
+use crate::parameters::Settings;
+
+/// What is known of a recording beside its samples.
+#[derive(Clone, Copy)]
+pub(crate) struct Recorded {
+    /// Samples per second.
+    pub(crate) rate: f32,
+    pub(crate) gravity: Gravity,
+    /// What the caller's clock says at the first sample, µs.
+    pub(crate) start_us: i64,
+    pub(crate) samples: usize,
+}
+
+/// What was made of it.
+pub(crate) struct Estimated {
+    columns: Columns,
+    events: Vec<Event>,
+    /// Names, and sentences for people.
+    findings: Vec<(&'static str, String)>,
+    learnt: Vec<f32>,
+    recorded: Recorded,
+}
+
+/// Why a foot cannot be estimated.
+#[derive(Debug, Error)]
+pub(crate) enum Failure {
+    /// A parameter is out of its range.
+    #[error("parameter {0}")]
+    Params(#[from] ParamsError),
+    /// Samples that wait in a temporary file cannot be read.
+    #[error("the samples in the temporary folder cannot be read: {0}")]
+    Samples(#[from] io::Error),
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Params(_) => PyValueError::new_err(failure.to_string()),
+            Failure::Samples(_) => PyOSError::new_err(failure.to_string()),
+        }
+    }
+}
+
+/// Estimates a foot sample by sample.
+pub(crate) fn run(
+    samples: impl Iterator<Item = io::Result<RecordedSample>>,
+    recorded: Recorded,
+    settings: &Settings,
+    format: Format,
+) -> Result<Estimated, Failure> {
+    let mut replay = Replay::new(recorded.rate, recorded.gravity, &settings.params(format))?;
+    let mut check = Check::new(recorded.rate, recorded.gravity);
+    let mut columns = Columns::with_capacity(recorded.samples);
+    let mut finder = Events::default();
+    let mut events = Vec::new();
+    for sample in samples {
+        let sample = sample?;
+        let estimate = replay.update(&sample);
+        check.add(&sample);
+        check.add_estimate(&sample, &estimate);
+        finder.add(&estimate);
+        events.extend(std::iter::from_fn(|| finder.pop()));
+        columns.push(&estimate, recorded.start_us);
+    }
+    events.extend(finder.finish());
+    let mounting = &settings.correction.mounting;
+    let findings = check.findings().into_iter();
+    Ok(Estimated {
+        columns,
+        events,
+        findings: findings
+            .map(|finding| finding.with_mounting(mounting))
+            .map(|finding| (finding.name(), finding.to_string()))
+            .collect(),
+        learnt: replay.finish().to_array().to_vec(),
+        recorded,
+    })
+}
+
+impl Estimated {
+    /// The arrays and lists by the names of `footfall.Result`.
+    pub(crate) fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let dict: Bound<'_, PyDict> = self.columns.into_dict(py)?;
+        let Recorded { rate, start_us, .. } = self.recorded;
+        let events = self.events.iter().map(|event| {
+            let duration_s = event.duration_us.map(|micros| micros as f64 / 1.0e6);
+            let time_s = seconds(event.time, start_us);
+            let kind = event.kind.name();
+            (kind, time_s, duration_s, event.peak, event.distance_m)
+        });
+        dict.set_item("events", events.collect::<Vec<_>>())?;
+        dict.set_item("rate", f64::from(rate))?;
+        dict.set_item("findings", self.findings)?;
+        dict.set_item("learnt", self.learnt)?;
+        Ok(dict)
+    }
+}
+
+/// A time on the caller's clock, s.
+pub(crate) fn seconds(time: Timestamp, start_us: i64) -> f64 {
+    let micros = i128::from(time.as_micros()) + i128::from(start_us);
+    micros as f64 / 1.0e6
+}
