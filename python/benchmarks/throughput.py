@@ -84,6 +84,7 @@ def machine() -> str:
 
 def measure() -> str:
     """The table, with the machine and the date."""
+    load = os.getloadavg()[0]
     walk = footfall.simulate("walk", SAMPLES / 1000.0)
     assert len(walk) == SAMPLES
 
@@ -112,7 +113,8 @@ def measure() -> str:
         "",
         f"Two threads estimate {scaling:.2f} times as many samples a second as one. Measured by"
         " [`benchmarks/throughput.py`](benchmarks/throughput.py) on"
-        f" {machine()}, {os.cpu_count()} cores, CPython {platform.python_version()}, on {today}.",
+        f" {machine()}, {os.cpu_count()} cores, CPython {platform.python_version()}, on {today}; before it began,"
+        f" other work kept {load:.1f} cores busy.",
     ]
     return "\n".join(lines)
 
