@@ -22,7 +22,7 @@ pub(super) fn decode(
 ) -> Result<Option<Outcome>, DecodeError> {
     let mut decoder = Decoder::new();
     let mut has_frame = false;
-    let mut stream = Stream::new(feet);
+    let mut stream = Stream::new(feet.clone());
     let mut buffer = [0; 1 << 14];
     loop {
         let count = match source.read(&mut buffer) {
@@ -75,7 +75,7 @@ const fn is_whole(problem: Problem) -> bool {
 }
 
 /// How a problem is called in the report.
-fn name(problem: Problem) -> String {
+pub(crate) fn name(problem: Problem) -> String {
     match problem {
         Problem::Coding => "bad_cobs".to_owned(),
         Problem::TooLong => "too_long".to_owned(),
@@ -100,18 +100,20 @@ const fn kind_name(kind: Kind) -> &'static str {
     }
 }
 
-struct Stream<'a> {
-    report: Report,
-    feet: &'a Feet,
+/// A serial line up to its newest byte.
+pub(crate) struct Stream {
+    pub(crate) report: Report,
+    feet: Feet,
     newest: Option<u16>,
     /// The time and the segment of the newest row.
     last: Option<(Timestamp, u32)>,
     segment: u32,
-    node: Option<NodeId>,
+    /// The foot's id, from its first health message on.
+    pub(crate) node: Option<NodeId>,
 }
 
-impl<'a> Stream<'a> {
-    const fn new(feet: &'a Feet) -> Self {
+impl Stream {
+    pub(crate) const fn new(feet: Feet) -> Self {
         Self {
             report: Report::new(Medium::Uart),
             feet,
@@ -123,7 +125,7 @@ impl<'a> Stream<'a> {
     }
 
     /// Takes in a frame: its row, where it is a contact.
-    fn take(&mut self, frame: &Frame) -> Option<Row> {
+    pub(crate) fn take(&mut self, frame: &Frame) -> Option<Row> {
         self.report.count_frame(kind_name(frame.message.kind()));
         if self.restarts(&frame.message) {
             self.segment += 1;

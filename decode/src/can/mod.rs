@@ -28,7 +28,7 @@ use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 use super::lines::Lines;
 use super::report::{EmergencyReport, Medium, Report};
 use super::row::Clock;
-use super::{DecodeError, Feet, Outcome, Sink};
+use super::{DecodeError, Feet, Outcome, Row, Sink};
 use crate::can_log::{Content, Other, Reader, Times};
 use foot::LoggedFoot;
 use pending::Pending;
@@ -46,7 +46,7 @@ pub(super) fn decode(
     feet: &Feet,
     sink: Sink<'_>,
 ) -> Result<Outcome, DecodeError> {
-    let mut log = Log::new(feet);
+    let mut log = Log::new(feet.clone());
     log.report.log = Some(reader.form());
     let mut notices = Vec::new();
     let mut malformed = 0;
@@ -116,9 +116,9 @@ pub(super) fn decode(
 }
 
 /// The log up to the newest line.
-struct Log<'a> {
-    rows: Pending,
-    report: Report,
+pub(crate) struct Log {
+    pub(crate) rows: Pending,
+    pub(crate) report: Report,
     /// By interface and node id: two buses may have a foot of the same id each.
     feet: BTreeMap<(String, u8), LoggedFoot>,
     /// How often each has started again.
@@ -126,15 +126,15 @@ struct Log<'a> {
     /// Of each interface.
     syncs: BTreeMap<String, Syncs>,
     /// Which nodes are feet.
-    known: &'a Feet,
+    known: Feet,
     /// Another node that sends what may be a contact.
     unknown_foot: Option<u8>,
     /// The interface of the newest row.
     interface: Option<Arc<str>>,
 }
 
-impl<'a> Log<'a> {
-    fn new(known: &'a Feet) -> Self {
+impl Log {
+    pub(crate) fn new(known: Feet) -> Self {
         Self {
             rows: Pending::default(),
             report: Report::new(Medium::Can),
@@ -169,8 +169,9 @@ impl<'a> Log<'a> {
     }
 }
 
-impl Log<'_> {
-    fn take(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
+impl Log {
+    /// Takes in a frame that was received at `at`.
+    pub(crate) fn take(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
         let id = frame.id();
         let node = NodeId::new((id & 0x7F) as u8);
         let kind = match (id & 0x780, node) {
@@ -295,6 +296,25 @@ impl Log<'_> {
         {
             self.rows.align(foot.row, offset);
         }
+    }
+
+    /// Hands on the rows that nothing can complete any more: their foot has sent its next contact, or
+    /// they were received before `overdue`.
+    pub(crate) fn settle_closed(&mut self, overdue: Timestamp) -> impl Iterator<Item = Row> {
+        let (rows, feet, report) = (&mut self.rows, &self.feet, &mut self.report);
+        std::iter::from_fn(move || {
+            let index = rows.first_index();
+            let row = rows.get_mut(index)?;
+            let interface = row.interface.as_deref().unwrap_or_default();
+            let is_newest = row.node.is_some_and(|node| {
+                let foot = feet.get(&(interface.to_owned(), node.get()));
+                foot.is_some_and(|foot| foot.row == index)
+            });
+            if is_newest && row.received.is_none_or(|received| received >= overdue) {
+                return None;
+            }
+            rows.take(report)
+        })
     }
 
     fn contact(&mut self, interface: &str, node: NodeId, contact: &Contact, at: Option<Timestamp>) {

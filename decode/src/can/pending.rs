@@ -14,7 +14,7 @@ const KEPT: usize = 4096;
 
 /// The newest rows of a log, with the number of those that have left.
 #[derive(Default)]
-pub(super) struct Pending {
+pub(crate) struct Pending {
     rows: VecDeque<Row>,
     left: usize,
 }
@@ -23,6 +23,11 @@ impl Pending {
     /// The index that the next row will have, from the start of the log.
     pub(super) fn next_index(&self) -> usize {
         self.left + self.rows.len()
+    }
+
+    /// The index of the oldest row that is kept.
+    pub(super) const fn first_index(&self) -> usize {
+        self.left
     }
 
     pub(super) fn push(&mut self, row: Row) {
@@ -79,11 +84,15 @@ impl Pending {
     }
 
     fn hand_on(&mut self, report: &mut Report, sink: Sink<'_>) -> Result<(), DecodeError> {
-        if let Some(row) = self.rows.pop_front() {
-            self.left += 1;
-            report.count_row(&row);
-            sink(row).map_err(DecodeError::Rows)?;
-        }
-        Ok(())
+        self.take(report)
+            .map_or(Ok(()), |row| sink(row).map_err(DecodeError::Rows))
+    }
+
+    /// The oldest row, which leaves.
+    pub(super) fn take(&mut self, report: &mut Report) -> Option<Row> {
+        let row = self.rows.pop_front()?;
+        self.left += 1;
+        report.count_row(&row);
+        Some(row)
     }
 }

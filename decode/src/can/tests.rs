@@ -571,7 +571,7 @@ fn rows_leave_in_order_and_are_complete_however_long_the_log_is() {
     let decoded = decode(&log.collect::<String>(), "can.log", &[]);
     assert_eq!((decoded.report.rows, decoded.rows.len()), (10_000, 10_000));
     assert!(decoded.report.problems.is_empty(), "{}", decoded.report);
-    let in_order = |(k, row): (usize, &crate::Row)| {
+    let in_order = |(k, row): (usize, &Row)| {
         row.timestamp.as_micros() == 1000 * k as u64 && row.axes.is_some()
     };
     assert!(decoded.rows.iter().enumerate().all(in_order));
