@@ -157,6 +157,15 @@ impl Listener {
         }
     }
 
+    /// Takes in the row of an estimate that was made elsewhere, at `at`.
+    pub fn row(&mut self, row: Box<Row>, at: Timestamp) {
+        let line = self.line(row.interface.as_deref().unwrap_or_default());
+        let node = row.node.map(NodeId::get);
+        let foot = FootKey { line, node };
+        let said = Said::Contact(row);
+        self.heard.push_back(Heard { at, foot, said });
+    }
+
     /// Nothing has come until `now`: a contact that waits too long for more is handed on.
     pub fn idle(&mut self, now: Timestamp) {
         let overdue = now.as_micros().saturating_sub(LONGEST_WAIT_US);

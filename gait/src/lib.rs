@@ -39,6 +39,6 @@ mod turn;
 
 pub use activity::Activity;
 pub use plan::{GaitName, Ground, Plan, Rests, Robot};
-pub use record::{Simulation, record, simulate};
+pub use record::{Simulation, Walked, Walking, record, simulate};
 pub use sensor::{SensorParams, Temperature};
 pub use track::{FootState, Track};

@@ -269,6 +269,24 @@ fn slip(when: Range<f64>, random: &mut Random) -> Slip {
     }
 }
 
+/// Firm ground, a greased patch, a soft mat and firm ground again, of three steps each.
+fn round(random: &mut Random) -> Vec<Step> {
+    let grounds = [Ground::Hard, Ground::Greased, Ground::Soft, Ground::Hard];
+    let mut steps: Vec<Step> = grounds
+        .into_iter()
+        .flat_map(|ground| [ground; 3])
+        .map(|ground| Style::WALK.step(ground, random))
+        .collect();
+    // The patch shows three ways to slip, by shares of the stance: from a good stance and
+    // caught again, twice, and from the landing until the foot is lifted.
+    let ways: [&[Range<f64>]; 3] = [&[0.42..0.78], &[0.15..0.45, 0.60..0.85], &[0.10..1.0]];
+    for (step, ways) in steps[3..6].iter_mut().zip(ways) {
+        let share = |way: &Range<f64>| way.start * step.stance..way.end * step.stance;
+        step.slips = ways.iter().map(|way| slip(share(way), random)).collect();
+    }
+    steps
+}
+
 /// How long a foot stands before its first step, s: an attitude filter aligns meanwhile.
 const STANDING_BEFORE: f64 = 2.0;
 
@@ -293,29 +311,33 @@ impl Plan {
     /// steps, and firm ground again.
     #[must_use]
     pub fn demo(seed: u64) -> Self {
-        let mut random = Random::new(seed, Stream::Steps);
-        let grounds = [Ground::Hard, Ground::Greased, Ground::Soft, Ground::Hard];
-        let mut steps: Vec<Step> = grounds
-            .into_iter()
-            .flat_map(|ground| [ground; 3])
-            .map(|ground| Style::WALK.step(ground, &mut random))
-            .collect();
-        // The patch shows three ways to slip, by shares of the stance: from a good stance and
-        // caught again, twice, and from the landing until the foot is lifted.
-        let ways: [&[Range<f64>]; 3] = [&[0.42..0.78], &[0.15..0.45, 0.60..0.85], &[0.10..1.0]];
-        for (step, ways) in steps[3..6].iter_mut().zip(ways) {
-            let share = |way: &Range<f64>| way.start * step.stance..way.end * step.stance;
-            step.slips = ways
-                .iter()
-                .map(|way| slip(share(way), &mut random))
-                .collect();
-        }
+        let steps = round(&mut Random::new(seed, Stream::Steps));
         let moving: f64 = steps.iter().map(Step::duration).sum();
         Self {
             name: format!("demo walk, seed {seed}"),
             standing: STANDING_BEFORE,
             steps,
             duration: STANDING_BEFORE + moving + STANDING_AFTER,
+        }
+    }
+
+    /// The ground of [`Plan::demo`] again and again, never with the same steps: for `seconds` at
+    /// least, the standing at the beginning included. `seconds` is finite.
+    #[must_use]
+    pub fn rounds(seconds: f64, seed: u64) -> Self {
+        let mut random = Random::new(seed, Stream::Steps);
+        let mut steps = Vec::new();
+        let mut end = STANDING_BEFORE;
+        while end < seconds {
+            let round = round(&mut random);
+            end += round.iter().map(Step::duration).sum::<f64>();
+            steps.extend(round);
+        }
+        Self {
+            name: format!("rounds of the demo walk, seed {seed}"),
+            standing: STANDING_BEFORE,
+            steps,
+            duration: end,
         }
     }
 
@@ -489,6 +511,18 @@ mod tests {
         }
         assert_eq!(plan, Plan::steady(GaitName::Trot, Ground::Hard, 10.0, 3));
         assert_ne!(plan, Plan::steady(GaitName::Trot, Ground::Hard, 10.0, 4));
+    }
+
+    #[test]
+    fn rounds_begin_as_the_demo_and_go_on_with_other_steps() {
+        let (demo, rounds) = (Plan::demo(5), Plan::rounds(60.0, 5));
+        assert_eq!(rounds.steps[..12], demo.steps);
+        assert_ne!(rounds.steps[12..24], demo.steps);
+        assert!(
+            (60.0..75.0).contains(&rounds.duration),
+            "{}",
+            rounds.duration
+        );
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! From here on everything is the foot's own program: the driver over SPI, one burst at the first
 //! data-ready edge after each tick, and the conversion in [`firmware::imu`].
 
+use std::fmt;
+
 use estimator_core::{Gravity, ImuSample, Load, Timestamp};
 use firmware::imu::{SENSOR, imu_sample, missing_sample};
 use lsm6dsox::sim::{SharedPart, SimSpi};
@@ -31,6 +33,66 @@ pub struct Simulation {
     pub raw: Vec<Option<RawSample>>,
 }
 
+/// A foot that follows a plan, tick by tick: what [`simulate`] does at once.
+///
+/// After the end of its plan the foot stays where it is.
+pub struct Walking {
+    motion: Track,
+    part: SharedPart,
+    driver: Lsm6dsox<SimSpi>,
+    ticks: u64,
+}
+
+/// What a tick of a walking foot gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Walked {
+    /// The sample.
+    pub imu: ImuSample,
+    /// The sensor's codes behind it; `None` where none could be read.
+    pub raw: Option<RawSample>,
+    /// The state of the foot at the sample's timestamp.
+    pub truth: FootState,
+}
+
+impl Walking {
+    /// Before the first tick, with the sensor that belongs to `seed`.
+    ///
+    /// # Panics
+    /// Never: a simulated part without a fault starts.
+    #[must_use]
+    pub fn new(plan: &Plan, sensor: &SensorParams, seed: u64) -> Self {
+        let motion = Track::new(plan);
+        let part = sensor.mounted(motion.clone(), seconds(START_US), seed);
+        let mut driver = Lsm6dsox::new(part.spi(), SENSOR);
+        driver
+            .init(&mut part.delay())
+            .expect("a part without a fault starts");
+        assert!(part.now_ns() < START_US * 1000, "it started in time");
+        Self {
+            motion,
+            part,
+            driver,
+            ticks: 0,
+        }
+    }
+
+    /// The next tick, [`TICK_US`] after the one before.
+    pub fn tick(&mut self) -> Walked {
+        let (imu, raw) = sample_after(&self.part, &mut self.driver, self.ticks * TICK_US);
+        self.ticks += 1;
+        let truth = self.motion.at(seconds(imu.timestamp.as_micros()));
+        Walked { imu, raw, truth }
+    }
+}
+
+impl fmt::Debug for Walking {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Walking")
+            .field("ticks", &self.ticks)
+            .finish_non_exhaustive()
+    }
+}
+
 /// Simulates a plan with the sensor that belongs to `seed`, from time 0 on.
 ///
 /// Each sample is that of the first data-ready edge after its tick, at most 155 µs later, and
@@ -42,22 +104,17 @@ pub struct Simulation {
 /// Never: a simulated part without a fault starts.
 #[must_use]
 pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
-    let motion = Track::new(plan);
-    let part = sensor.mounted(motion.clone(), seconds(START_US), seed);
-    let mut driver = Lsm6dsox::new(part.spi(), SENSOR);
-    driver
-        .init(&mut part.delay())
-        .expect("a part without a fault starts");
-    assert!(part.now_ns() < START_US * 1000, "it started in time");
-
+    let mut walking = Walking::new(plan, sensor, seed);
     let ticks = libm::floor(plan.duration * 1e6 / TICK_US as f64) as u64;
-    let (imu, raw): (Vec<ImuSample>, Vec<_>) = (0..ticks)
-        .map(|tick| sample_after(&part, &mut driver, tick * TICK_US))
-        .unzip();
-    let truth: Vec<FootState> = imu
-        .iter()
-        .map(|sample| motion.at(seconds(sample.timestamp.as_micros())))
-        .collect();
+    let mut imu = Vec::new();
+    let mut raw = Vec::new();
+    let mut truth = Vec::new();
+    for _ in 0..ticks {
+        let walked = walking.tick();
+        imu.push(walked.imu);
+        raw.push(walked.raw);
+        truth.push(walked.truth);
+    }
     let labels = labels(&truth, seconds(TICK_US));
     let samples = imu
         .into_iter()

@@ -1,0 +1,79 @@
+//! An interface of SocketCAN. It is set up by whoever owns it: `ip link set can0 up type can bitrate
+//! 1000000`.
+
+use std::io;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use socketcan::{CanDataFrame, CanSocket, EmbeddedFrame, Id, Socket, StandardId};
+use wire::CanFrame;
+
+use super::{Arrival, Arrived, Link, LinkError, Sending, now};
+
+/// An interface that is open.
+pub(super) struct Interface {
+    name: Arc<str>,
+    socket: CanSocket,
+}
+
+impl Interface {
+    pub(super) fn open(name: &str) -> Result<Self, LinkError> {
+        let device = format!("can:{name}");
+        let socket = CanSocket::open(name).map_err(LinkError::device(&device))?;
+        Ok(Self {
+            name: name.into(),
+            socket,
+        })
+    }
+
+    fn error(&self, source: io::Error) -> LinkError {
+        LinkError::Device {
+            device: format!("can:{}", self.name),
+            source,
+        }
+    }
+}
+
+impl Link for Interface {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        let end = Instant::now() + longest;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            match self.socket.read_frame_timeout(left) {
+                Ok(socketcan::CanFrame::Data(frame)) => {
+                    // Frames with 29-bit identifiers are none of a foot's.
+                    if let Id::Standard(id) = frame.id()
+                        && let Some(frame) = CanFrame::new(id.as_raw(), frame.data())
+                    {
+                        let interface = Arc::clone(&self.name);
+                        return Ok(Some((now(), Arrival::Frame { interface, frame })));
+                    }
+                }
+                Ok(_) => {}
+                Err(error) => match error.kind() {
+                    io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => return Ok(None),
+                    io::ErrorKind::Interrupted => {}
+                    _ => return Err(self.error(error)),
+                },
+            }
+            if left.is_zero() {
+                return Ok(None);
+            }
+        }
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        let Sending::Frame(frame) = sending else {
+            return Err(LinkError::WrongKind {
+                device: format!("can:{}", self.name),
+                takes: "CAN frames",
+            });
+        };
+        let id = StandardId::new(frame.id());
+        let Some(frame) = id.and_then(|id| CanDataFrame::new(id, frame.data())) else {
+            return Ok(());
+        };
+        let written = self.socket.write_frame(&frame);
+        written.map_err(|error| self.error(error))
+    }
+}

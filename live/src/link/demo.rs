@@ -1,0 +1,123 @@
+//! Simulated feet: a [`Robot`] in real time, or as fast as it can be computed.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use estimator_core::Timestamp;
+
+use super::pace::{Pace, Speed};
+use super::{Arrival, Arrived, Link, LinkError, Sending};
+use crate::robot::Robot;
+use crate::source::{Demo, DemoLine};
+
+/// What the CAN interface is called.
+pub const INTERFACE: &str = "can0";
+
+/// A robot that is connected.
+pub struct SimulatedFeet {
+    robot: Robot,
+    line: DemoLine,
+    pace: Pace,
+    /// Until when it walks, µs.
+    end_us: u64,
+    interface: Arc<str>,
+    ports: Vec<Arc<str>>,
+    waiting: VecDeque<Arrived>,
+    /// The tick that is computed but not due.
+    is_due: Option<u64>,
+}
+
+impl SimulatedFeet {
+    /// Switches on a robot.
+    #[must_use]
+    pub fn new(demo: &Demo) -> Self {
+        let robot = Robot::new(demo.feet, demo.seed, demo.line);
+        Self {
+            ports: robot.names().map(Arc::from).collect(),
+            line: demo.line,
+            pace: Pace::new(demo.speed.unwrap_or(Speed::REAL)),
+            end_us: demo
+                .seconds
+                .map_or(u64::MAX, |seconds| (seconds * 1.0e6) as u64),
+            interface: INTERFACE.into(),
+            waiting: VecDeque::new(),
+            is_due: None,
+            robot,
+        }
+    }
+
+    /// Computes a tick, and takes what the feet send.
+    fn tick(&mut self) {
+        self.robot.tick();
+        let Self { robot, waiting, .. } = self;
+        match self.line {
+            DemoLine::Can => {
+                while let Some((at, frame)) = robot.next_frame() {
+                    let interface = Arc::clone(&self.interface);
+                    waiting.push_back((at, Arrival::Frame { interface, frame }));
+                }
+            }
+            DemoLine::Uart => {
+                let at = robot.now();
+                // Nothing is connected to the bus.
+                while robot.next_frame().is_some() {}
+                for (index, port) in self.ports.iter().enumerate() {
+                    let bytes = robot.take_serial(index);
+                    if !bytes.is_empty() {
+                        let port = Arc::clone(port);
+                        waiting.push_back((at, Arrival::Bytes { port, bytes }));
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Link for SimulatedFeet {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        loop {
+            if let Some(due) = self.is_due {
+                if !self.pace.wait(due, longest) {
+                    return Ok(None);
+                }
+                self.is_due = None;
+            }
+            if let Some(arrived) = self.waiting.pop_front() {
+                return Ok(Some(arrived));
+            }
+            if self.robot.elapsed_us() >= self.end_us {
+                return Err(LinkError::Ended("the demo".to_owned()));
+            }
+            self.tick();
+            self.is_due = Some(self.robot.elapsed_us());
+        }
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        match (sending, self.line) {
+            (Sending::Frame(frame), DemoLine::Can) => self.robot.send(*frame),
+            (Sending::Bytes { port, bytes }, DemoLine::Uart) => {
+                for (index, name) in self.ports.iter().enumerate() {
+                    if port.as_ref().is_none_or(|port| port == name) {
+                        self.robot.send_serial(index, bytes);
+                    }
+                }
+            }
+            (_, line) => {
+                return Err(LinkError::WrongKind {
+                    device: "the demo".to_owned(),
+                    takes: match line {
+                        DemoLine::Can => "CAN frames",
+                        DemoLine::Uart => "bytes of the serial line",
+                    },
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The time that the clock of a robot begins with in logs, which need a date: the first of January
+/// 2021, µs.
+pub const EPOCH: Timestamp = Timestamp::from_micros(1_609_459_200_000_000);

@@ -1,0 +1,113 @@
+//! How fast something is played.
+
+use std::fmt;
+use std::str::FromStr;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// How fast something is played.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// So many times as fast as it happened.
+    Times(f64),
+    /// As fast as it is read.
+    Max,
+}
+
+impl Speed {
+    /// As it happened.
+    pub const REAL: Self = Self::Times(1.0);
+
+    /// What texts are expected, for errors.
+    pub const EXPECTED: &'static str = "a number above 0, or max,";
+
+    /// So many times as fast as it happened; `None` where that is no number above 0.
+    #[must_use]
+    pub fn new(times: f64) -> Option<Self> {
+        (times > 0.0 && times.is_finite()).then_some(Self::Times(times))
+    }
+}
+
+impl FromStr for Speed {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        match text {
+            "max" => Ok(Self::Max),
+            _ => text.parse().ok().and_then(Self::new).ok_or(()),
+        }
+    }
+}
+
+impl fmt::Display for Speed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Times(times) => write!(f, "{times}"),
+            Self::Max => f.write_str("max"),
+        }
+    }
+}
+
+/// Makes what is played come when it is due.
+#[derive(Debug)]
+pub(crate) struct Pace {
+    speed: Speed,
+    /// The time that is played, µs, and when it was played.
+    start: Option<(u64, Instant)>,
+}
+
+/// A pause in what is played that is longer than this was none of the feet's: it is skipped, µs.
+const LONGEST_PAUSE_US: u64 = 10_000_000;
+
+impl Pace {
+    pub(crate) const fn new(speed: Speed) -> Self {
+        Self { speed, start: None }
+    }
+
+    /// How long it is until what happened at `micros` is due.
+    pub(crate) fn until_due(&mut self, micros: u64) -> Duration {
+        let Speed::Times(times) = self.speed else {
+            return Duration::ZERO;
+        };
+        let (from, since) = *self.start.get_or_insert_with(|| (micros, Instant::now()));
+        let ahead = micros.saturating_sub(from) as f64 * 1.0e-6 / times;
+        let due = Duration::try_from_secs_f64(ahead).unwrap_or(Duration::MAX);
+        let wait = due.saturating_sub(since.elapsed());
+        if micros < from || wait > Duration::from_micros(LONGEST_PAUSE_US) {
+            self.start = Some((micros, Instant::now()));
+            return Duration::ZERO;
+        }
+        wait
+    }
+
+    /// Waits until what happened at `micros` is due, at most `longest`; whether it is.
+    pub(crate) fn wait(&mut self, micros: u64, longest: Duration) -> bool {
+        let wait = self.until_due(micros);
+        thread::sleep(wait.min(longest));
+        wait <= longest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_played_twice_as_fast_is_due_after_half_the_time() {
+        let mut pace = Pace::new(Speed::Times(2.0));
+        assert_eq!(pace.until_due(5_000_000), Duration::ZERO, "the first");
+        let wait = pace.until_due(6_000_000);
+        assert!((450..=500).contains(&wait.as_millis()), "{wait:?}");
+        assert!(!pace.wait(6_000_000, Duration::from_millis(1)));
+        assert_eq!(Pace::new(Speed::Max).until_due(9), Duration::ZERO);
+    }
+
+    #[test]
+    fn a_clock_that_jumps_holds_up_nothing() {
+        let mut pace = Pace::new(Speed::REAL);
+        pace.until_due(5_000_000);
+        assert_eq!(pace.until_due(900_000_000_000), Duration::ZERO, "forwards");
+        assert_eq!(pace.until_due(1_000_000), Duration::ZERO, "backwards");
+        assert!(pace.until_due(1_500_000) > Duration::from_millis(400));
+    }
+}

@@ -1,0 +1,103 @@
+//! A foot's serial port.
+
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+use serial2::SerialPort;
+
+use super::{Arrival, Arrived, Link, LinkError, Sending, now};
+
+/// How long a write may wait for the port.
+const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// What is read at once.
+const PIECE: usize = 4096;
+
+/// A serial port that is open.
+pub(super) struct Port {
+    name: Arc<str>,
+    port: SerialPort,
+}
+
+impl Port {
+    pub(super) fn open(name: &str, baud: u32) -> Result<Self, LinkError> {
+        let mut port = SerialPort::open(name, baud).map_err(LinkError::device(name))?;
+        port.set_write_timeout(WRITE_TIMEOUT)
+            .map_err(LinkError::device(name))?;
+        Ok(Self {
+            name: name.into(),
+            port,
+        })
+    }
+
+    pub(super) fn name(&self) -> Arc<str> {
+        Arc::clone(&self.name)
+    }
+
+    /// What arrives within `longest`; nothing where nothing does.
+    pub(super) fn read(&mut self, longest: Duration) -> Result<Vec<u8>, LinkError> {
+        let error = LinkError::device(&self.name);
+        // The system counts in whole milliseconds.
+        let longest = longest.max(Duration::from_millis(1));
+        if let Err(source) = self.port.set_read_timeout(longest) {
+            return Err(error(source));
+        }
+        let mut piece = vec![0; PIECE];
+        loop {
+            match self.port.read(&mut piece) {
+                // A port that is gone is readable, and has nothing.
+                Ok(0) => return Err(error(io::ErrorKind::UnexpectedEof.into())),
+                Ok(count) => {
+                    piece.truncate(count);
+                    return Ok(piece);
+                }
+                Err(source) => match source.kind() {
+                    io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => return Ok(Vec::new()),
+                    io::ErrorKind::Interrupted => {}
+                    _ => return Err(error(source)),
+                },
+            }
+        }
+    }
+
+    pub(super) fn write(&self, bytes: &[u8]) -> Result<(), LinkError> {
+        let written = self.port.write_all(bytes);
+        written.map_err(LinkError::device(&self.name))
+    }
+}
+
+/// The serial line of a foot.
+pub struct SerialLine {
+    port: Port,
+}
+
+impl SerialLine {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// It is not there or cannot be used.
+    pub fn open(port: &str, baud: u32) -> Result<Self, LinkError> {
+        Ok(Self {
+            port: Port::open(port, baud)?,
+        })
+    }
+}
+
+impl Link for SerialLine {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        let bytes = self.port.read(longest)?;
+        let port = self.port.name();
+        Ok((!bytes.is_empty()).then(|| (now(), Arrival::Bytes { port, bytes })))
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        match sending {
+            Sending::Bytes { bytes, .. } => self.port.write(bytes),
+            Sending::Frame(_) => Err(LinkError::WrongKind {
+                device: self.port.name.to_string(),
+                takes: "bytes of the serial line",
+            }),
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! An adapter that speaks slcan: CAN frames as lines of text over a serial port.
+//!
+//! | line, ended by CR | meaning |
+//! |---|---|
+//! | `t1118AABBCCDDEEFF0011` | a data frame with an 11-bit identifier: three digits, its length, its bytes |
+//! | `T`, `r`, `R`, `d`, `D`, `b`, `B` … | a frame with a 29-bit identifier, a remote frame or one of CAN FD, none of which feet send |
+//! | `C`, `S0` … `S8`, `O` | close, the rate of the bus, open |
+//! | `Z0` | frames without a time stamp |
+//!
+//! The adapter answers each with CR, or with BEL where it fails. Source: the protocol of Lawicel's
+//! CAN232, as can-utils' `slcand` and python-can's `slcan` speak it.
+
+use std::collections::VecDeque;
+use std::fmt::Write as _;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use wire::CanFrame;
+
+use super::serial::Port;
+use super::{Arrival, Arrived, Link, LinkError, Sending, now};
+use crate::source::SLCAN_RATES_KBIT;
+
+/// The rate of the serial port: most adapters are USB, and ignore it.
+const BAUD: u32 = 921_600;
+
+/// The longest line: an extended CAN FD frame with a time stamp.
+const LONGEST_LINE: usize = 256;
+
+/// How long an adapter may take to answer.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
+
+const CR: u8 = b'\r';
+const BEL: u8 = 0x07;
+
+/// The line of a frame, with its end.
+#[must_use]
+pub fn line(frame: &CanFrame) -> String {
+    let mut line = format!("t{:03X}{}", frame.id(), frame.data().len());
+    for byte in frame.data() {
+        // Writing to a String does not fail.
+        let _ = write!(line, "{byte:02X}");
+    }
+    line.push('\r');
+    line
+}
+
+/// Something that an adapter says, or that it is told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Word {
+    /// A frame.
+    Frame(CanFrame),
+    /// A frame of a kind that feet do not send.
+    OtherFrame,
+    /// A command was done.
+    Done,
+    /// A command has failed.
+    Failed,
+    /// Anything else: a command to an adapter, its version.
+    Line(String),
+}
+
+/// Finds words in the bytes of an adapter.
+#[derive(Clone, Debug, Default)]
+pub struct Words {
+    line: Vec<u8>,
+    is_too_long: bool,
+}
+
+impl Words {
+    /// Takes in a byte; a word at its last.
+    pub fn push(&mut self, byte: u8) -> Option<Word> {
+        match byte {
+            CR => {
+                let line = std::mem::take(&mut self.line);
+                if std::mem::take(&mut self.is_too_long) {
+                    return Some(Word::Line(String::from_utf8_lossy(&line).into_owned()));
+                }
+                Some(word(&line))
+            }
+            BEL => {
+                self.line.clear();
+                self.is_too_long = false;
+                Some(Word::Failed)
+            }
+            b'\n' => None,
+            _ if self.line.len() == LONGEST_LINE => {
+                self.is_too_long = true;
+                None
+            }
+            _ => {
+                self.line.push(byte);
+                None
+            }
+        }
+    }
+}
+
+fn word(line: &[u8]) -> Word {
+    match line {
+        // A frame was sent: z, and Z for an extended one.
+        [] | [b'z' | b'Z'] => Word::Done,
+        [b't', rest @ ..] => match frame(rest) {
+            Some(frame) => Word::Frame(frame),
+            None => Word::Line(String::from_utf8_lossy(line).into_owned()),
+        },
+        [b'T' | b'r' | b'R' | b'd' | b'D' | b'b' | b'B', _, ..] => Word::OtherFrame,
+        _ => Word::Line(String::from_utf8_lossy(line).into_owned()),
+    }
+}
+
+/// Three digits of identifier, one of length, two for each byte, and perhaps four of a time stamp.
+fn frame(text: &[u8]) -> Option<CanFrame> {
+    let digit = |byte: u8| char::from(byte).to_digit(16);
+    let (id, rest) = text.split_at_checked(3)?;
+    let id = id
+        .iter()
+        .try_fold(0, |id, byte| Some(id * 16 + digit(*byte)?))?;
+    let (length, rest) = rest.split_first()?;
+    let length = usize::try_from(digit(*length)?).ok()?;
+    let (data, rest) = rest.split_at_checked(2 * length)?;
+    if !(rest.is_empty() || rest.len() == 4 && rest.iter().all(u8::is_ascii_hexdigit)) {
+        return None;
+    }
+    let bytes = data.as_chunks::<2>().0.iter();
+    let bytes: Option<Vec<u8>> = bytes
+        .map(|[high, low]| u8::try_from(digit(*high)? * 16 + digit(*low)?).ok())
+        .collect();
+    CanFrame::new(u16::try_from(id).ok()?, &bytes?)
+}
+
+/// An adapter with its bus open.
+pub struct Adapter {
+    port: Port,
+    interface: Arc<str>,
+    words: Words,
+    waiting: VecDeque<Arrived>,
+}
+
+impl Adapter {
+    /// Opens the adapter at `port`, and the bus at `kbit` kbit/s.
+    ///
+    /// # Errors
+    /// The port cannot be used, or nothing there answers as an adapter does.
+    pub fn open(port: &str, kbit: u32) -> Result<Self, LinkError> {
+        let mut adapter = Self {
+            port: Port::open(port, BAUD)?,
+            interface: port.into(),
+            words: Words::default(),
+            waiting: VecDeque::new(),
+        };
+        let rate = SLCAN_RATES_KBIT.iter().position(|known| *known == kbit);
+        // The first line may end garbage, and a bus that is closed already cannot be closed.
+        adapter.port.write(b"\r\r\rC\r")?;
+        adapter.drain(Duration::from_millis(50))?;
+        // By default, adapters send no time stamps; not all know the command.
+        adapter.command(&format!("S{}", rate.unwrap_or(SLCAN_RATES_KBIT.len() - 1)))?;
+        adapter.command("O")?;
+        Ok(adapter)
+    }
+
+    /// Takes in what comes until it is quiet for so long.
+    fn drain(&mut self, quiet: Duration) -> Result<(), LinkError> {
+        let end = Instant::now() + ANSWER_TIMEOUT;
+        while Instant::now() < end && !self.port.read(quiet)?.is_empty() {}
+        self.words = Words::default();
+        Ok(())
+    }
+
+    /// Gives a command, and waits for the answer.
+    fn command(&mut self, command: &str) -> Result<(), LinkError> {
+        self.port.write(format!("{command}\r").as_bytes())?;
+        let error = |what| LinkError::Adapter {
+            device: self.interface.to_string(),
+            what,
+        };
+        let end = Instant::now() + ANSWER_TIMEOUT;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(error("no answer within a second"));
+            }
+            for byte in self.port.read(left)? {
+                match self.words.push(byte) {
+                    Some(Word::Done) => return Ok(()),
+                    Some(Word::Failed) => return Err(error("it refused a command")),
+                    Some(Word::Frame(frame)) => self.waiting.push_back(self.arrived(frame)),
+                    Some(Word::OtherFrame | Word::Line(_)) | None => {}
+                }
+            }
+        }
+    }
+
+    fn arrived(&self, frame: CanFrame) -> Arrived {
+        let interface = Arc::clone(&self.interface);
+        (now(), Arrival::Frame { interface, frame })
+    }
+}
+
+impl Link for Adapter {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        let end = Instant::now() + longest;
+        while self.waiting.is_empty() {
+            let left = end.saturating_duration_since(Instant::now());
+            let bytes = self.port.read(left)?;
+            for byte in &bytes {
+                match self.words.push(*byte) {
+                    Some(Word::Frame(frame)) => self.waiting.push_back(self.arrived(frame)),
+                    Some(Word::Line(line)) => {
+                        self.waiting.push_back((now(), Arrival::Unreadable(line)));
+                    }
+                    Some(Word::Done | Word::Failed | Word::OtherFrame) | None => {}
+                }
+            }
+            if bytes.is_empty() || left.is_zero() {
+                break;
+            }
+        }
+        Ok(self.waiting.pop_front())
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        match sending {
+            Sending::Frame(frame) => self.port.write(line(frame).as_bytes()),
+            Sending::Bytes { .. } => Err(LinkError::WrongKind {
+                device: self.interface.to_string(),
+                takes: "CAN frames",
+            }),
+        }
+    }
+}
+
+impl Drop for Adapter {
+    fn drop(&mut self) {
+        // It may be gone already.
+        let _ = self.port.write(b"C\r");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(bytes: &[u8]) -> Vec<Word> {
+        let mut words = Words::default();
+        bytes.iter().filter_map(|byte| words.push(*byte)).collect()
+    }
+
+    #[test]
+    fn a_frame_is_the_line_that_adapters_write() {
+        let frame = CanFrame::new(0x191, &[0x00, 0xAB, 0xFF]).expect("a frame");
+        assert_eq!(line(&frame), "t191300ABFF\r");
+        assert_eq!(
+            words(b"t191300ABFF\rt191300abff1234\r"),
+            [Word::Frame(frame), Word::Frame(frame)]
+        );
+        let empty = CanFrame::new(0x080, &[]).expect("a frame");
+        assert_eq!(words(line(&empty).as_bytes()), [Word::Frame(empty)]);
+    }
+
+    #[test]
+    fn what_is_no_frame_of_a_foot_is_said_to_be_something_else() {
+        let line = |text: &str| Word::Line(text.to_owned());
+        for (text, word) in [
+            ("t19\r", line("t19")),
+            ("t1919\r", line("t1919")),
+            ("t8000\r", line("t8000")),
+            ("t1912A\r", line("t1912A")),
+            ("t1911ABCDE\r", line("t1911ABCDE")),
+            ("t19\u{e4}1AB\r", line("t19\u{e4}1AB")),
+            ("T000001911AB\r", Word::OtherFrame),
+            ("r1910\r", Word::OtherFrame),
+            ("V1013\r", line("V1013")),
+            ("\r", Word::Done),
+            ("z\r", Word::Done),
+            ("garbage\u{7}", Word::Failed),
+        ] {
+            assert_eq!(words(text.as_bytes()), [word], "{text:?}");
+        }
+    }
+
+    #[test]
+    fn a_line_without_an_end_takes_no_memory() {
+        let mut words = Words::default();
+        for _ in 0..100_000 {
+            assert_eq!(words.push(b't'), None);
+        }
+        assert!(words.line.len() <= LONGEST_LINE);
+        assert!(matches!(words.push(CR), Some(Word::Line(_))));
+        assert_eq!(words.push(CR), Some(Word::Done));
+    }
+}

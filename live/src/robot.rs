@@ -1,0 +1,236 @@
+//! A robot with simulated feet, each of which runs the board's own program: [`firmware::Foot`] with its
+//! ports and its settings in flash. What is simulated is the walk, the sensor, the bus and the robot's
+//! control, which reports loads and numbers its SYNCs.
+//!
+//! | what | file |
+//! |---|---|
+//! | the robot: one bus, or a serial line for each foot | this one |
+//! | a foot: its walk, its program, its requests | [`foot`] |
+//! | flash with its settings | [`flash`] |
+
+mod flash;
+mod foot;
+
+use std::collections::VecDeque;
+
+use estimator_core::Timestamp;
+use gait::record::TICK_US;
+use wire::foot::cob_id;
+use wire::pdo::Load;
+use wire::{CanFrame, Foot as Position};
+
+use crate::link::demo::EPOCH;
+use crate::source::{DemoLine, MOST_FEET};
+use foot::SimulatedFoot;
+
+/// Time of a frame of 8 bytes on a bus of 1 Mbit/s, µs: 111 bits, stuff bits not counted.
+const FRAME_US: u64 = 111;
+
+/// Ticks from one SYNC of the robot's control to the next, and from one report of loads to the next.
+const CONTROL_TICKS: u64 = 10;
+
+/// The highest number of a SYNC.
+const LAST_SYNC: u8 = 240;
+
+/// The phase between one foot and the next, s: a quarter of a stride.
+const PHASE_S: f64 = 0.225;
+
+/// A robot.
+pub struct Robot {
+    feet: Vec<SimulatedFoot>,
+    ticks: u64,
+    sync: u8,
+    /// Frames that the bus has carried and nobody has taken yet.
+    carried: VecDeque<(Timestamp, CanFrame)>,
+    /// Frames of a master that the bus still has to carry.
+    pending: Vec<CanFrame>,
+    bus_free_us: u64,
+}
+
+impl Robot {
+    /// A robot that has just been switched on, with up to six feet, connected by `line`.
+    #[must_use]
+    pub fn new(feet: usize, seed: u64, line: DemoLine) -> Self {
+        let positions = match feet {
+            2 => &[Position::Left, Position::Right][..],
+            _ => &Position::ALL[..],
+        };
+        let feet = positions.iter().take(feet.clamp(1, MOST_FEET)).enumerate();
+        let feet = feet.map(|(index, position)| {
+            let seed = seed.wrapping_add(index as u64);
+            SimulatedFoot::new(*position, line, seed, index as f64 * PHASE_S)
+        });
+        Self {
+            feet: feet.collect(),
+            ticks: 0,
+            sync: 0,
+            carried: VecDeque::new(),
+            pending: Vec::new(),
+            bus_free_us: 0,
+        }
+    }
+
+    /// What the feet are called.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.feet.iter().map(|foot| foot.position().name())
+    }
+
+    /// Time since it was switched on, µs.
+    #[must_use]
+    pub const fn elapsed_us(&self) -> u64 {
+        self.ticks * TICK_US
+    }
+
+    /// The time in logs.
+    #[must_use]
+    pub fn now(&self) -> Timestamp {
+        Timestamp::from_micros(EPOCH.as_micros() + self.elapsed_us())
+    }
+
+    /// A master sends a frame: the bus carries it with the next tick.
+    pub fn send(&mut self, frame: CanFrame) {
+        self.pending.push(frame);
+    }
+
+    /// Somebody sends bytes to the serial line of a foot, counted from 0.
+    pub fn send_serial(&mut self, foot: usize, bytes: &[u8]) {
+        if let Some(foot) = self.feet.get_mut(foot) {
+            foot.receive_serial(bytes);
+        }
+    }
+
+    /// The next frame that the bus has carried, and when it was complete.
+    pub fn next_frame(&mut self) -> Option<(Timestamp, CanFrame)> {
+        self.carried.pop_front()
+    }
+
+    /// The bytes that a foot, counted from 0, has sent on its serial line since they were last taken.
+    pub fn take_serial(&mut self, foot: usize) -> Vec<u8> {
+        self.feet
+            .get_mut(foot)
+            .map(SimulatedFoot::take_serial)
+            .unwrap_or_default()
+    }
+
+    /// A millisecond.
+    pub fn tick(&mut self) {
+        let now_us = self.elapsed_us();
+        let walked: Vec<_> = self.feet.iter_mut().map(SimulatedFoot::walk).collect();
+        if self.ticks.is_multiple_of(CONTROL_TICKS) {
+            self.sync = if self.sync == LAST_SYNC {
+                1
+            } else {
+                self.sync + 1
+            };
+            let sync = CanFrame::new(cob_id::SYNC, &[self.sync]);
+            let loads = self.feet.iter().zip(&walked).filter_map(|(foot, walked)| {
+                let load = Load(walked.truth.load as f32).encode();
+                CanFrame::new(foot.node_id()?.cob_id(Load::BASE), &load)
+            });
+            let control: Vec<_> = sync.into_iter().chain(loads).collect();
+            self.pending.extend(control);
+        }
+        for frame in std::mem::take(&mut self.pending) {
+            let at = self.carry(now_us, frame);
+            for foot in &mut self.feet {
+                foot.receive(frame, at);
+            }
+        }
+        let mut sent = Vec::new();
+        for (foot, walked) in self.feet.iter_mut().zip(walked) {
+            foot.tick(now_us, walked);
+            sent.extend(foot.take_frames());
+        }
+        // The lowest identifier wins the bus; those of one foot keep their order where they are equal.
+        sent.sort_by_key(CanFrame::id);
+        for frame in sent {
+            self.carry(now_us, frame);
+        }
+        self.ticks += 1;
+    }
+
+    /// The bus carries a frame that is ready at `ready_us`: when it is complete, on the clock of the
+    /// robot.
+    fn carry(&mut self, ready_us: u64, frame: CanFrame) -> Timestamp {
+        self.bus_free_us = self.bus_free_us.max(ready_us) + FRAME_US;
+        let at = Timestamp::from_micros(EPOCH.as_micros() + self.bus_free_us);
+        self.carried.push_back((at, frame));
+        Timestamp::from_micros(self.bus_free_us)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use decode::live::{Heard, Listener, Said};
+    use wire::Pdo;
+
+    fn run(robot: &mut Robot, ticks: u64) -> Vec<(Timestamp, CanFrame)> {
+        (0..ticks).for_each(|_| robot.tick());
+        std::iter::from_fn(|| robot.next_frame()).collect()
+    }
+
+    #[test]
+    fn four_feet_send_all_that_the_dictionary_says_and_share_the_bus() {
+        let mut robot = Robot::new(4, 1, DemoLine::Can);
+        let frames = run(&mut robot, 1000);
+        for position in &Position::ALL[..4] {
+            let id = Pdo::Contact.cob_id(position.default_node_id());
+            let contacts = frames.iter().filter(|(_, frame)| frame.id() == id);
+            assert_eq!(contacts.count(), 1000, "{}", position.name());
+        }
+        assert!(
+            frames
+                .windows(2)
+                .all(|pair| pair[0].0.as_micros() < pair[1].0.as_micros())
+        );
+    }
+
+    #[test]
+    fn a_walking_foot_comes_to_stand_and_to_swing() {
+        let mut robot = Robot::new(1, 1, DemoLine::Can);
+        let mut listener = Listener::default();
+        for (at, frame) in run(&mut robot, 12_000) {
+            listener.frame("can0", &frame, at);
+        }
+        let heard: Vec<Heard> = std::iter::from_fn(|| listener.next_heard()).collect();
+        let stable = |row: &decode::Row| row.stable > 0.9;
+        let rows: Vec<_> = heard
+            .iter()
+            .filter_map(|heard| match &heard.said {
+                Said::Contact(row) => Some(row),
+                _ => None,
+            })
+            .collect();
+        assert!(rows.len() >= 11_999);
+        let share = rows.iter().filter(|row| stable(row)).count() as f64 / rows.len() as f64;
+        assert!((0.2..0.9).contains(&share), "{share}");
+        assert!(
+            heard
+                .iter()
+                .any(|heard| matches!(heard.said, Said::Load(load) if load > 10.0))
+        );
+    }
+
+    #[test]
+    fn on_serial_lines_each_foot_sends_its_samples_too() {
+        let mut robot = Robot::new(2, 1, DemoLine::Uart);
+        let mut listener = Listener::default();
+        for _ in 0..500 {
+            robot.tick();
+            for foot in 0..2 {
+                let bytes = robot.take_serial(foot);
+                listener.bytes(&foot.to_string(), &bytes, robot.now());
+            }
+        }
+        let heard: Vec<Heard> = std::iter::from_fn(|| listener.next_heard()).collect();
+        for foot in ["0", "1"] {
+            let of = |said: fn(&Said) -> bool| {
+                let heard = heard.iter().filter(|heard| &*heard.foot.line == foot);
+                heard.filter(|heard| said(&heard.said)).count()
+            };
+            assert_eq!(of(|said| matches!(said, Said::Contact(_))), 500);
+            assert_eq!(of(|said| matches!(said, Said::Raw(_))), 500);
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! A simulated foot: its walk and its sensor, and the board's program around [`firmware::Foot`].
+
+use std::pin::pin;
+use std::task::{Context, Waker};
+
+use estimator_core::Timestamp;
+use firmware::commands::UartReceiver;
+use firmware::ports::{Input, Reloaded, Request};
+use firmware::sampling::{Activity, Measurement, Tick};
+use firmware::storage::{Erase, Origin, Storage};
+use firmware::{Foot, Ports, Start};
+use gait::record::TICK_US;
+use gait::{Plan, SensorParams, Walked, Walking};
+use wire::dictionary::index;
+use wire::node::BootCause;
+use wire::{Address, CanFrame, Foot as Position, NodeId, Settings, Value};
+
+use super::flash::{Flash, SIZE};
+use crate::source::DemoLine;
+
+/// How long a plan is that a foot walks before it begins the next, s.
+const PLAN_S: f64 = 1800.0;
+
+/// The value of the load's source for RPDO1.
+const LOAD_OVER_CAN: Value = Value::U8(2);
+
+/// A foot.
+pub(super) struct SimulatedFoot {
+    position: Position,
+    walk: Walk,
+    program: Program,
+    storage: Storage<Flash>,
+    serial: u32,
+    receiver: UartReceiver,
+}
+
+/// What runs from one reset of the board to the next.
+struct Program {
+    foot: Foot,
+    ports: Ports,
+}
+
+/// A walk without end: one plan after the other, on the same sensor.
+struct Walk {
+    walking: Walking,
+    ticks_left: u64,
+    seed: u64,
+    rounds: u64,
+    phase_s: f64,
+    /// When the plan began, µs.
+    begun_us: u64,
+    ticks: u64,
+}
+
+impl Walk {
+    fn new(seed: u64, phase_s: f64) -> Self {
+        let (walking, ticks_left) = walking(seed, 0, phase_s);
+        Self {
+            walking,
+            ticks_left,
+            seed,
+            rounds: 0,
+            phase_s,
+            begun_us: 0,
+            ticks: 0,
+        }
+    }
+
+    fn tick(&mut self) -> Walked {
+        if self.ticks_left == 0 {
+            self.rounds += 1;
+            (self.walking, self.ticks_left) = walking(self.seed, self.rounds, self.phase_s);
+            self.begun_us = self.ticks * TICK_US;
+        }
+        self.ticks_left -= 1;
+        self.ticks += 1;
+        let mut walked = self.walking.tick();
+        let time = walked.imu.timestamp.as_micros() + self.begun_us;
+        walked.imu.timestamp = Timestamp::from_micros(time);
+        walked
+    }
+}
+
+/// A plan whose steps belong to `seed` and `round`, on the sensor that belongs to `seed`, and its ticks.
+fn walking(seed: u64, round: u64, phase_s: f64) -> (Walking, u64) {
+    let mut plan = Plan::rounds(PLAN_S, seed.wrapping_add(round << 32));
+    plan.standing += phase_s;
+    let ticks = (plan.duration * 1.0e6) as u64 / TICK_US;
+    (Walking::new(&plan, &SensorParams::LSM6DSOX, seed), ticks)
+}
+
+impl SimulatedFoot {
+    /// A foot that has just been switched on, with its place and its line among its settings.
+    pub(super) fn new(position: Position, line: DemoLine, seed: u64, phase_s: f64) -> Self {
+        let mut storage = Storage::new(Flash::blank(), &(0..SIZE as u32))
+            .unwrap_or_else(|_| unreachable!("there are two whole pages"));
+        let mut settings = Settings::default();
+        let mut set = |index, sub, value| {
+            let set = settings.set(Address::new(index, sub), value);
+            debug_assert_eq!(set, Ok(()), "the dictionary has this value");
+        };
+        set(index::FOOT, 0, Value::U8(position.code()));
+        set(index::LOAD_INPUT, 1, LOAD_OVER_CAN);
+        if line == DemoLine::Uart {
+            set(index::UART_STREAMS, 2, Value::U16(1));
+        }
+        let stored = storage.store(&settings, Erase::Allowed);
+        debug_assert_eq!(stored, Ok(()), "blank flash takes a record");
+        let serial = 0xF007_0000 + u32::from(position.code());
+        Self {
+            position,
+            walk: Walk::new(seed, phase_s),
+            program: Program::start(settings, serial, BootCause::PowerUp),
+            storage,
+            serial,
+            receiver: UartReceiver::new(),
+        }
+    }
+
+    pub(super) const fn position(&self) -> Position {
+        self.position
+    }
+
+    /// Its id on the bus, where it has one.
+    pub(super) fn node_id(&self) -> Option<NodeId> {
+        self.program.foot.settings().node_id()
+    }
+
+    /// What its sensor measures in the next millisecond.
+    pub(super) fn walk(&mut self) -> Walked {
+        self.walk.tick()
+    }
+
+    /// Its CAN controller receives a frame.
+    pub(super) fn receive(&mut self, frame: CanFrame, at: Timestamp) {
+        self.put(Input::Can(frame, at), Input::CanLost(1));
+    }
+
+    /// Its serial line receives bytes.
+    pub(super) fn receive_serial(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if let Some(request) = self.receiver.push(*byte) {
+                self.put(request, Input::UartRefused(1));
+            }
+        }
+        if let Some(refused) = self.receiver.refused() {
+            self.put(refused, Input::UartRefused(1));
+        }
+    }
+
+    /// Puts an input; one that finds no room is lost, and counted where that finds room.
+    fn put(&mut self, input: Input, lost: Input) {
+        if !self.program.ports.try_put(input) {
+            self.program.ports.try_put(lost);
+        }
+    }
+
+    /// A millisecond that begins at `now_us`.
+    pub(super) fn tick(&mut self, now_us: u64, walked: Walked) {
+        let tick = Tick {
+            time: Timestamp::from_micros(now_us),
+            edge: Some(walked.imu.timestamp),
+            ..Tick::default()
+        };
+        let measurement = Measurement {
+            sample: walked.imu,
+            raw: walked.raw,
+            activity: Activity::Measuring,
+            fault: None,
+            saturated_for_long: false,
+            restarts: 0,
+        };
+        let Program { foot, ports } = &mut self.program;
+        foot.tick(&tick, &measurement, None, ports);
+        while let Some(request) = self.program.ports.try_next_request() {
+            self.serve(request);
+        }
+    }
+
+    /// Does what the board's thread level does.
+    fn serve(&mut self, request: Request) {
+        let ports = &self.program.ports;
+        match request {
+            Request::Store(settings, erase) => {
+                let stored = self.storage.store(&settings, erase);
+                ports.try_put(Input::Stored(stored));
+            }
+            Request::Restore(erase) => {
+                let forgotten = self.storage.restore(erase);
+                ports.try_put(Input::Stored(forgotten));
+            }
+            // The highest level is set from the start.
+            Request::ProtectSupply => {
+                ports.try_put(Input::Protected(Ok(())));
+            }
+            Request::Reload => {
+                let (settings, origin) = self.storage.load();
+                // A foot asks again only when it has this: there is room, and nothing to wait for.
+                let mut reload = pin!(ports.reload(Reloaded { settings, origin }));
+                let polled = reload
+                    .as_mut()
+                    .poll(&mut Context::from_waker(Waker::noop()));
+                debug_assert!(polled.is_ready(), "there is room for one");
+            }
+            Request::Reset => {
+                let (settings, origin) = self.storage.load();
+                self.receiver = UartReceiver::new();
+                self.program = Program::start(settings, self.serial, BootCause::Commanded);
+                debug_assert_ne!(origin, Origin::Corrupted, "its flash keeps what is written");
+            }
+        }
+    }
+
+    /// The frames that it has for the bus.
+    pub(super) fn take_frames(&mut self) -> impl Iterator<Item = CanFrame> + '_ {
+        std::iter::from_fn(|| self.program.ports.try_next_can())
+    }
+
+    /// The bytes that it has for its serial line.
+    pub(super) fn take_serial(&mut self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while let Some(frame) = self.program.ports.try_next_uart() {
+            bytes.extend_from_slice(frame.as_bytes());
+        }
+        bytes
+    }
+}
+
+impl Program {
+    fn start(settings: Settings, serial: u32, cause: BootCause) -> Self {
+        let start = Start {
+            serial,
+            cause,
+            brown_out_level: 3,
+            ..Start::default()
+        };
+        let foot = Foot::new(settings, start);
+        Self {
+            foot: foot.unwrap_or_else(|_| unreachable!("stored settings fit each other")),
+            ports: Ports::new(),
+        }
+    }
+}

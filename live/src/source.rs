@@ -1,0 +1,395 @@
+//! How a source is written, the same in every command.
+//!
+//! | written | is |
+//! |---|---|
+//! | `uart:/dev/ttyACM0`, `uart:COM3@115200` | a serial port, at 1 000 000 Bd unless another rate is given |
+//! | `can:can0` | an interface of SocketCAN |
+//! | `slcan:/dev/ttyACM0`, `slcan:/dev/ttyACM0@500` | an adapter that speaks slcan, at 1000 kbit/s unless another rate is given |
+//! | `file:can.log`, `file:uart.bin@10`, `file:walk.mcap@max` | a log, a recording of the serial line or of an IMU, at its own speed unless another is given |
+//! | `demo`, `demo:feet=4,speed=10` | simulated feet; keys are [`Demo`]'s |
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use crate::link::pace::Speed;
+
+/// The rate of a foot's serial port where none is set, Bd.
+pub const DEFAULT_BAUD: u32 = 1_000_000;
+
+/// The rate of a CAN bus where none is set, kbit/s.
+pub const DEFAULT_KBIT: u32 = 1000;
+
+/// The most feet that a simulated robot has.
+pub const MOST_FEET: usize = 6;
+
+/// Where feet stream from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// A serial port.
+    Uart {
+        /// Its name.
+        port: String,
+        /// Its rate, Bd.
+        baud: u32,
+    },
+    /// An interface of SocketCAN.
+    Can {
+        /// Its name.
+        interface: String,
+    },
+    /// An adapter that speaks slcan.
+    Slcan {
+        /// The name of its serial port.
+        port: String,
+        /// The rate of the bus, kbit/s.
+        kbit: u32,
+    },
+    /// A file that is played.
+    File {
+        /// Its name.
+        path: PathBuf,
+        /// How fast; `None`: as the command thinks best.
+        speed: Option<Speed>,
+    },
+    /// Simulated feet.
+    Demo(Demo),
+}
+
+/// Simulated feet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Demo {
+    /// `feet`: how many, 1 to [`MOST_FEET`].
+    pub feet: usize,
+    /// `seed`: what steps and sensors are drawn from.
+    pub seed: u64,
+    /// `speed`: how fast; `None`: as the command thinks best.
+    pub speed: Option<Speed>,
+    /// `seconds`: after how many of the feet's own it ends; without end where there are none.
+    pub seconds: Option<f64>,
+    /// `line`: what they are connected by, `can` or `uart`.
+    pub line: DemoLine,
+}
+
+/// What simulated feet are connected by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DemoLine {
+    /// One CAN bus.
+    #[default]
+    Can,
+    /// A serial line each, with the samples of the sensor.
+    Uart,
+}
+
+impl Default for Demo {
+    fn default() -> Self {
+        Self {
+            feet: 1,
+            seed: gait::plan::DEMO_SEED,
+            speed: None,
+            seconds: None,
+            line: DemoLine::Can,
+        }
+    }
+}
+
+/// A text that is no source.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SourceError {
+    /// It begins with no kind of source.
+    #[error(
+        "{0:?} is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+    )]
+    Unknown(String),
+    /// What comes after the kind is missing.
+    #[error("{source_text:?} lacks {lacking}, as in {example}")]
+    Lacks {
+        /// The text.
+        source_text: String,
+        /// What is missing.
+        lacking: &'static str,
+        /// A source that has it.
+        example: &'static str,
+    },
+    /// A number after `@`, or a value of a key, is none that is allowed.
+    #[error("{key} is {value:?}, but {expected} is expected")]
+    Value {
+        /// Of what.
+        key: &'static str,
+        /// What was written.
+        value: String,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A key that a demo does not have.
+    #[error("demo has no key {0:?}; its keys are feet, seed, speed, seconds and line")]
+    Key(String),
+}
+
+/// Rates of CAN buses that an slcan adapter knows, kbit/s, in the order of its commands `S0` to `S8`.
+pub const SLCAN_RATES_KBIT: [u32; 9] = [10, 20, 50, 100, 125, 250, 500, 800, 1000];
+
+impl FromStr for Source {
+    type Err = SourceError;
+
+    fn from_str(text: &str) -> Result<Self, SourceError> {
+        let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+        let lacks = |lacking, example| SourceError::Lacks {
+            source_text: text.to_owned(),
+            lacking,
+            example,
+        };
+        match kind {
+            "uart" => {
+                let (port, baud) = with_rate(rest);
+                if port.is_empty() {
+                    return Err(lacks("a port", "uart:/dev/ttyACM0"));
+                }
+                let baud = match baud {
+                    None => DEFAULT_BAUD,
+                    Some(baud) => number(baud, "the rate of the serial port", "a rate in Bd")?,
+                };
+                Ok(Self::Uart {
+                    port: port.to_owned(),
+                    baud,
+                })
+            }
+            "can" if rest.is_empty() => Err(lacks("an interface", "can:can0")),
+            "can" => Ok(Self::Can {
+                interface: rest.to_owned(),
+            }),
+            "slcan" => {
+                let (port, kbit) = with_rate(rest);
+                if port.is_empty() {
+                    return Err(lacks("a port", "slcan:/dev/ttyACM0"));
+                }
+                const EXPECTED: &str =
+                    "10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s, as slcan knows them,";
+                let kbit = match kbit {
+                    None => DEFAULT_KBIT,
+                    Some(text) => {
+                        let kbit = number(text, "the rate of the bus", EXPECTED)?;
+                        if !SLCAN_RATES_KBIT.contains(&kbit) {
+                            return Err(value("the rate of the bus", text, EXPECTED));
+                        }
+                        kbit
+                    }
+                };
+                Ok(Self::Slcan {
+                    port: port.to_owned(),
+                    kbit,
+                })
+            }
+            "file" => {
+                // A name may have an @ itself: what follows the last one is a speed if it is one.
+                let split = rest.rsplit_once('@');
+                let (path, speed) = match split.map(|(path, speed)| (path, speed.parse())) {
+                    Some((path, Ok(speed))) => (path, Some(speed)),
+                    _ => (rest, None),
+                };
+                if path.is_empty() {
+                    return Err(lacks("a file", "file:can.log"));
+                }
+                Ok(Self::File {
+                    path: path.into(),
+                    speed,
+                })
+            }
+            "demo" => Ok(Self::Demo(demo(rest)?)),
+            _ => Err(SourceError::Unknown(text.to_owned())),
+        }
+    }
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Uart { port, baud } => write!(f, "uart:{port}@{baud}"),
+            Self::Can { interface } => write!(f, "can:{interface}"),
+            Self::Slcan { port, kbit } => write!(f, "slcan:{port}@{kbit}"),
+            Self::File { path, speed: None } => write!(f, "file:{}", path.display()),
+            Self::File {
+                path,
+                speed: Some(speed),
+            } => write!(f, "file:{}@{speed}", path.display()),
+            Self::Demo(demo) => write!(f, "demo:feet={}", demo.feet),
+        }
+    }
+}
+
+impl Source {
+    /// This source at `speed`, where it is played and its text names no speed.
+    #[must_use]
+    pub fn at_speed(mut self, other: Speed) -> Self {
+        match &mut self {
+            Self::File { speed, .. } | Self::Demo(Demo { speed, .. }) => {
+                speed.get_or_insert(other);
+            }
+            Self::Uart { .. } | Self::Can { .. } | Self::Slcan { .. } => {}
+        }
+        self
+    }
+}
+
+/// The rate behind the last `@`, where there is one.
+fn with_rate(text: &str) -> (&str, Option<&str>) {
+    match text.rsplit_once('@') {
+        Some((port, rate)) => (port, Some(rate)),
+        None => (text, None),
+    }
+}
+
+fn value(key: &'static str, value: &str, expected: &'static str) -> SourceError {
+    SourceError::Value {
+        key,
+        value: value.to_owned(),
+        expected,
+    }
+}
+
+fn number<T: FromStr>(
+    text: &str,
+    key: &'static str,
+    expected: &'static str,
+) -> Result<T, SourceError> {
+    text.parse().map_err(|_| value(key, text, expected))
+}
+
+fn demo(text: &str) -> Result<Demo, SourceError> {
+    let mut demo = Demo::default();
+    for pair in text.split(',').filter(|pair| !pair.is_empty()) {
+        let (key, text) = pair.split_once('=').unwrap_or((pair, ""));
+        match key {
+            "feet" => {
+                const EXPECTED: &str = "a number from 1 to 6";
+                demo.feet = number(text, "feet", EXPECTED)?;
+                if !(1..=MOST_FEET).contains(&demo.feet) {
+                    return Err(value("feet", text, EXPECTED));
+                }
+            }
+            "seed" => demo.seed = number(text, "seed", "a whole number")?,
+            "speed" => {
+                let speed = text
+                    .parse()
+                    .map_err(|()| value("speed", text, Speed::EXPECTED))?;
+                demo.speed = Some(speed);
+            }
+            "seconds" => {
+                const EXPECTED: &str = "a number above 0";
+                let seconds: f64 = number(text, "seconds", EXPECTED)?;
+                if !(seconds > 0.0 && seconds.is_finite()) {
+                    return Err(value("seconds", text, EXPECTED));
+                }
+                demo.seconds = Some(seconds);
+            }
+            "line" => {
+                demo.line = match text {
+                    "can" => DemoLine::Can,
+                    "uart" => DemoLine::Uart,
+                    other => return Err(value("line", other, "can or uart")),
+                }
+            }
+            other => return Err(SourceError::Key(other.to_owned())),
+        }
+    }
+    Ok(demo)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn source(text: &str) -> Source {
+        text.parse().unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    fn error(text: &str) -> String {
+        text.parse::<Source>().expect_err(text).to_string()
+    }
+
+    #[test]
+    fn every_source_is_written_as_the_documentation_says() {
+        let uart = |port: &str, baud| Source::Uart {
+            port: port.to_owned(),
+            baud,
+        };
+        assert_eq!(source("uart:/dev/ttyACM0"), uart("/dev/ttyACM0", 1_000_000));
+        assert_eq!(source("uart:COM3@115200"), uart("COM3", 115_200));
+        assert_eq!(
+            source("can:can0"),
+            Source::Can {
+                interface: "can0".to_owned()
+            }
+        );
+        let slcan = |kbit| Source::Slcan {
+            port: "/dev/ttyACM1".to_owned(),
+            kbit,
+        };
+        assert_eq!(source("slcan:/dev/ttyACM1"), slcan(1000));
+        assert_eq!(source("slcan:/dev/ttyACM1@500"), slcan(500));
+        let file = |path: &str, speed| Source::File {
+            path: path.into(),
+            speed,
+        };
+        assert_eq!(source("file:can.log"), file("can.log", None));
+        assert_eq!(source("file:a@home.log"), file("a@home.log", None));
+        let tenfold = Speed::new(10.0);
+        assert_eq!(source("file:a@home.log@10"), file("a@home.log", tenfold));
+        assert_eq!(source("file:x.mcap@max"), file("x.mcap", Some(Speed::Max)));
+        assert_eq!(source("demo"), Source::Demo(Demo::default()));
+        let four = Demo {
+            feet: 4,
+            seconds: Some(60.0),
+            speed: Some(Speed::Max),
+            line: DemoLine::Uart,
+            ..Demo::default()
+        };
+        assert_eq!(
+            source("demo:feet=4,seconds=60,speed=max,line=uart"),
+            Source::Demo(four)
+        );
+    }
+
+    #[test]
+    fn the_default_rates_are_those_of_a_foot() {
+        let settings = wire::Settings::default();
+        assert_eq!(DEFAULT_BAUD, settings.uart_rate());
+        assert_eq!(DEFAULT_KBIT * 1000, settings.can_bit_rate());
+    }
+
+    #[test]
+    fn a_text_that_is_no_source_is_answered_with_what_would_be() {
+        assert_eq!(
+            error("/dev/ttyACM0"),
+            "\"/dev/ttyACM0\" is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+        );
+        assert_eq!(
+            error("uart:"),
+            "\"uart:\" lacks a port, as in uart:/dev/ttyACM0"
+        );
+        assert_eq!(
+            error("uart:COM3@fast"),
+            "the rate of the serial port is \"fast\", but a rate in Bd is expected"
+        );
+        assert_eq!(
+            error("demo:feet=9"),
+            "feet is \"9\", but a number from 1 to 6 is expected"
+        );
+        assert_eq!(
+            error("demo:legs=2"),
+            "demo has no key \"legs\"; its keys are feet, seed, speed, seconds and line"
+        );
+        assert!(error("slcan:x@33").contains("as slcan knows them"));
+        assert!(error("demo:speed=0").contains("above 0"));
+    }
+
+    #[test]
+    fn a_commands_speed_is_for_what_is_played_and_names_none() {
+        let played = source("file:x@2").at_speed(Speed::Max);
+        assert_eq!(played, source("file:x@2"));
+        assert_eq!(source("file:x").at_speed(Speed::Max), source("file:x@max"));
+        assert_eq!(source("can:x").at_speed(Speed::Max), source("can:x"));
+    }
+}
