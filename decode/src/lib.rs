@@ -5,6 +5,7 @@
 //! | a log of CAN frames, line by line | `can`, with [`can_log`] and `lines` |
 //! | a recording of the serial line | `uart` |
 //! | the same while it happens: what feet say | [`live`] |
+//! | what to do about a fault, a flag or a refusal | [`remedy`] |
 //! | which nodes are feet, and how they are called | [`feet`] |
 //! | a row per contact | [`row`] |
 //! | what came, what is missing, what is wrong | [`report`] |
@@ -17,6 +18,7 @@ pub mod can_log;
 pub mod feet;
 mod lines;
 pub mod live;
+pub mod remedy;
 pub mod report;
 pub mod row;
 mod uart;

@@ -35,6 +35,12 @@ pub enum Error {
         /// What may have been meant.
         hint: String,
     },
+    /// There is no such fault, flag or refusal.
+    #[error("nothing is called {wanted:?}; footfall explain lists all faults, flags and refusals")]
+    NothingToExplain {
+        /// As it was asked for.
+        wanted: String,
+    },
     /// The parameters are not valid, in the estimator's words.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),

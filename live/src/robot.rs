@@ -38,6 +38,7 @@ const PHASE_S: f64 = 0.225;
 /// A robot.
 pub struct Robot {
     feet: Vec<SimulatedFoot>,
+    line: DemoLine,
     ticks: u64,
     sync: u8,
     /// Frames that the bus has carried and nobody has taken yet.
@@ -62,6 +63,7 @@ impl Robot {
         });
         Self {
             feet: feet.collect(),
+            line,
             ticks: 0,
             sync: 0,
             carried: VecDeque::new(),
@@ -145,6 +147,13 @@ impl Robot {
         sent.sort_by_key(CanFrame::id);
         for frame in sent {
             self.carry(now_us, frame);
+        }
+        // What goes out where nothing is connected is lost, and none of the foot's business.
+        match self.line {
+            DemoLine::Can => self.feet.iter_mut().for_each(|foot| {
+                foot.take_serial();
+            }),
+            DemoLine::Uart => self.carried.clear(),
         }
         self.ticks += 1;
     }

@@ -5,10 +5,12 @@
 //! | `replay` | [`replay`] |
 //! | `demo` | [`demo`] |
 //! | `decode` | [`decode`] |
+//! | `monitor` | [`monitor`] |
 //! | `evaluate` | [`evaluate`] |
 //! | `attitude` | [`attitude`] |
 //! | `calibrate` | [`calibrate`] |
 //! | `config` | [`config`] |
+//! | `explain` | [`explain`] |
 //! | `schema` | [`schema`] |
 //! | `completions`, `man` | [`shell`] |
 //! | what options are grouped under, examples | [`headings`] |
@@ -20,7 +22,9 @@ pub mod config;
 pub mod decode;
 pub mod demo;
 pub mod evaluate;
+pub mod explain;
 pub mod headings;
+pub mod monitor;
 pub mod recording;
 pub mod replay;
 pub mod schema;
@@ -36,10 +40,12 @@ use calibrate::CalibrateArguments;
 use config::ConfigArguments;
 use demo::DemoArguments;
 use evaluate::EvaluateArguments;
+use explain::ExplainArguments;
 use headings::{
     CALIBRATE_EXAMPLES, COMPLETIONS_EXAMPLES, CONFIG_EXAMPLES, EXAMPLES, EXIT_CODES, MAN_EXAMPLES,
     REPLAY_EXAMPLES,
 };
+use monitor::MonitorArguments;
 use replay::ReplayArguments;
 use schema::SchemaArguments;
 use shell::{CompletionsArguments, ManArguments};
@@ -77,6 +83,8 @@ pub enum Command {
     /// Turn what a foot has sent, a log of its CAN frames or a recording of its serial line, into
     /// rows, and report what is missing or damaged
     Decode(DecodeArguments),
+    /// Watch feet that stream: probability, state, faults, rate and losses of each
+    Monitor(MonitorArguments),
     /// Score this estimator and the methods of others on all recordings that have labels, and on
     /// simulated walks
     #[command(after_help = scoring::sets::needed())]
@@ -90,6 +98,8 @@ pub enum Command {
     /// Show, check or explain what a configuration file may set
     #[command(after_help = CONFIG_EXAMPLES)]
     Config(ConfigArguments),
+    /// Say what a fault, a flag or a refusal means, and what to do about it
+    Explain(ExplainArguments),
     /// Print the JSON Schema of what a command prints with --json
     Schema(SchemaArguments),
     /// Print a script that completes commands and options in a shell
@@ -118,10 +128,12 @@ impl Arguments {
             Command::Replay(arguments) => arguments.run(),
             Command::Demo(arguments) => arguments.run(),
             Command::Decode(arguments) => arguments.run(),
+            Command::Monitor(arguments) => arguments.run(),
             Command::Evaluate(arguments) => arguments.run(),
             Command::Attitude(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(),
             Command::Config(arguments) => arguments.run(),
+            Command::Explain(arguments) => arguments.run(),
             Command::Schema(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
             Command::Man(arguments) => arguments.run(),

@@ -60,8 +60,6 @@ impl SimulatedFeet {
             }
             DemoLine::Uart => {
                 let at = robot.now();
-                // Nothing is connected to the bus.
-                while robot.next_frame().is_some() {}
                 for (index, port) in self.ports.iter().enumerate() {
                     let bytes = robot.take_serial(index);
                     if !bytes.is_empty() {

@@ -1,0 +1,179 @@
+//! `footfall monitor`: feet that stream, as they are now.
+
+use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use decode::Feet;
+use live::link::pace::Speed;
+use live::{Feed, Source};
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+
+use crate::error::Error;
+use crate::files::unless_closed;
+use crate::messages::warn;
+use crate::monitor::screen::{Running, draw};
+use crate::monitor::{Robot, lines};
+
+/// Time from one picture to the next.
+const PICTURE: Duration = Duration::from_millis(50);
+
+/// Time from one line of a foot to its next.
+const LINE: Duration = Duration::from_secs(1);
+
+/// What `footfall monitor` takes.
+#[derive(Debug, Args)]
+pub struct MonitorArguments {
+    /// Where the feet stream from: uart:/dev/ttyACM0[@BAUD], can:can0, slcan:/dev/ttyACM0[@KBIT],
+    /// file:can.log[@SPEED], or demo[:feet=4] for simulated feet
+    pub source: Source,
+    /// Print lines once a second, as where standard output is no terminal
+    #[arg(long)]
+    pub plain: bool,
+    /// Print a JSON object for each foot once a second, and one for each event
+    #[arg(long)]
+    pub json: bool,
+    /// Stop after this time
+    #[arg(long, value_name = "SECONDS", value_parser = analysis::config::parse_seconds)]
+    pub seconds: Option<f64>,
+}
+
+/// How lines are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    Text,
+    Json,
+}
+
+impl MonitorArguments {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let name = self.source.to_string();
+        let end = self
+            .seconds
+            .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+            .and_then(|seconds| Instant::now().checked_add(seconds));
+        let feed = Feed::open(self.source.at_speed(Speed::REAL));
+        let mut robot = Robot::new(Feet::default());
+        let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
+            (true, _) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Json)),
+            (false, true) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Text)),
+            (false, false) => watch_screen(&feed, &mut robot, end, &name),
+        };
+        if feed.lost() > 0 {
+            warn(format!(
+                "{} arrivals were lost: this machine did not keep up",
+                feed.lost()
+            ));
+        }
+        watched.map_err(Error::Print)
+    }
+}
+
+/// Takes in what comes until `due`.
+fn listen(feed: &Feed, robot: &mut Robot, due: Instant) {
+    loop {
+        let left = due.saturating_duration_since(Instant::now());
+        if left.is_zero() || robot.has_ended() {
+            return;
+        }
+        if let Some(fed) = feed.next(left) {
+            robot.take(fed);
+        }
+    }
+}
+
+fn is_over(end: Option<Instant>) -> bool {
+    end.is_some_and(|end| Instant::now() >= end)
+}
+
+/// The next moment to show something, and the end where that comes first.
+fn next(period: Duration, end: Option<Instant>) -> Instant {
+    let due = Instant::now() + period;
+    end.map_or(due, |end| due.min(end))
+}
+
+fn watch_lines(feed: &Feed, robot: &mut Robot, end: Option<Instant>, form: Form) -> io::Result<()> {
+    let mut to = io::stdout().lock();
+    let mut seen = 0;
+    loop {
+        let due = next(LINE, end);
+        // Events are written as they come.
+        while Instant::now() < due && !robot.has_ended() {
+            listen(feed, robot, due.min(Instant::now() + PICTURE));
+            let (events, now_seen) = robot.events_since(seen);
+            seen = now_seen;
+            for event in events {
+                match form {
+                    Form::Text => lines::write_event(event, &mut to)?,
+                    Form::Json => lines::write_event_json(event, &mut to)?,
+                }
+            }
+            to.flush()?;
+        }
+        match form {
+            Form::Text => lines::write_text(robot, &mut to)?,
+            Form::Json => lines::write_json(robot, &mut to)?,
+        }
+        if robot.has_ended() || is_over(end) {
+            return Ok(());
+        }
+    }
+}
+
+/// Gives the terminal back however the picture ends.
+struct Restored;
+
+impl Drop for Restored {
+    fn drop(&mut self) {
+        ratatui::restore();
+    }
+}
+
+fn watch_screen(
+    feed: &Feed,
+    robot: &mut Robot,
+    end: Option<Instant>,
+    source: &str,
+) -> io::Result<()> {
+    let mut terminal = ratatui::try_init()?;
+    let restored = Restored;
+    let mut running = Running::Live;
+    while !is_over(end) {
+        listen(feed, robot, next(PICTURE, end));
+        if robot.has_ended() {
+            // What is left on the screen is the end: keys are waited for.
+            event::poll(PICTURE)?;
+        }
+        let mut is_changed = running == Running::Live;
+        while event::poll(Duration::ZERO)? {
+            let key = match event::read()? {
+                Event::Key(key) if key.kind == KeyEventKind::Press => key,
+                Event::Resize(..) => {
+                    is_changed = true;
+                    continue;
+                }
+                _ => continue,
+            };
+            is_changed = true;
+            match key.code {
+                KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
+                    return Ok(());
+                }
+                KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
+                KeyCode::Char(' ' | 'p') => {
+                    running = match running {
+                        Running::Live => Running::Paused,
+                        Running::Paused => Running::Live,
+                    };
+                }
+                KeyCode::Char('m') => robot.mark(),
+                _ => {}
+            }
+        }
+        if is_changed {
+            terminal.draw(|frame| draw(frame, robot, source, running))?;
+        }
+    }
+    drop(restored);
+    Ok(())
+}

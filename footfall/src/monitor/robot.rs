@@ -1,0 +1,377 @@
+//! All feet as they are now, and what has happened.
+
+use std::collections::VecDeque;
+
+use decode::Feet;
+use decode::live::{FootKey, Heard, Listener, Said};
+use estimator_core::Timestamp;
+use live::Arrival;
+use live::feed::Fed;
+use wire::pdo::TEMPERATURE_STEP;
+use wire::{Counter, Emergency, Fault};
+
+use super::foot::Foot;
+
+/// Events that are kept.
+const EVENTS: usize = 1000;
+
+/// Something that has happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// Since the first arrival, s.
+    pub t: f64,
+    /// The foot, where it is of one.
+    pub foot: Option<String>,
+    /// What.
+    pub text: String,
+}
+
+/// All that is heard.
+pub struct Robot {
+    listener: Listener,
+    feet: Vec<Foot>,
+    events: VecDeque<Event>,
+    /// Events that have been dropped from the front, so that a reader of the list knows where it is.
+    forgotten: usize,
+    first: Option<Timestamp>,
+    now: Timestamp,
+    /// What the line waits for.
+    waits_for: Option<String>,
+    has_ended: bool,
+    /// Lines and pieces that nobody could read.
+    unreadable: u64,
+    marks: u32,
+}
+
+impl Robot {
+    /// Before the first arrival.
+    #[must_use]
+    pub fn new(feet: Feet) -> Self {
+        Self {
+            listener: Listener::new(feet),
+            feet: Vec::new(),
+            events: VecDeque::new(),
+            forgotten: 0,
+            first: None,
+            now: Timestamp::default(),
+            waits_for: None,
+            has_ended: false,
+            unreadable: 0,
+            marks: 0,
+        }
+    }
+
+    /// Takes in what a feed gives.
+    pub fn take(&mut self, fed: Fed) {
+        match fed {
+            Fed::Arrived((at, arrival)) => self.arrive(at, &arrival),
+            Fed::Opened => {
+                if self.waits_for.take().is_some() {
+                    self.say(None, "the line is open again".to_owned());
+                }
+            }
+            Fed::WaitsFor(error) => {
+                self.say(None, format!("{error}; waiting for it"));
+                self.waits_for = Some(error.to_string());
+            }
+            Fed::NotSent(error) => self.say(None, format!("not sent: {error}")),
+            Fed::Ended(error) => {
+                self.listener.finish();
+                self.take_heard();
+                self.say(None, error.to_string());
+                self.has_ended = true;
+            }
+        }
+    }
+
+    fn arrive(&mut self, at: Timestamp, arrival: &Arrival) {
+        self.first.get_or_insert(at);
+        self.now = at;
+        match arrival {
+            Arrival::Frame { interface, frame } => self.listener.frame(interface, frame, at),
+            Arrival::Bytes { port, bytes } => self.listener.bytes(port, bytes, at),
+            Arrival::Estimate(row) => self.listener.row(row.clone(), at),
+            Arrival::Unreadable(_) => self.unreadable += 1,
+        }
+        self.take_heard();
+    }
+
+    fn take_heard(&mut self) {
+        while let Some(heard) = self.listener.next_heard() {
+            self.hear(heard);
+        }
+    }
+
+    fn hear(&mut self, Heard { at, foot, said }: Heard) {
+        let index = self.index(&foot, &said);
+        let Some(foot) = self.feet.get_mut(index) else {
+            return;
+        };
+        foot.heard = at;
+        let mut event = None;
+        match said {
+            Said::Contact(row) => foot.contact(*row, at),
+            Said::Health(health) => foot.count_drops(health.dropped),
+            Said::Board(board) => {
+                foot.state = Some(board.state);
+                foot.stage = Some(board.stage.name());
+                for fault in board.faults.iter().filter(|f| !foot.faults.contains(*f)) {
+                    event = Some(format!("fault 0x{:04X} {}", fault.code(), fault.name()));
+                }
+                foot.faults = board.faults;
+                let celsius = board.temperature.value(TEMPERATURE_STEP);
+                foot.temperature = celsius.is_finite().then_some(celsius);
+                let dropped = [Counter::CanDropped, Counter::UartDropped];
+                let dropped = dropped.map(|counter| board.counters.get(counter));
+                foot.dropped = dropped.map(u64::from).iter().sum();
+            }
+            Said::Emergency(emergency) => event = emergency_text(foot, emergency, at),
+            Said::BootUp => {
+                foot.boot_up(at);
+                event = Some("has started".to_owned());
+            }
+            Said::Heartbeat(state) => foot.state = Some(state),
+            Said::Log(log) => event = Some(log.text().to_owned()),
+            Said::Load(newtons) => foot.load = Some(newtons),
+            Said::Raw(_) | Said::Answer(_) | Said::Sdo(_) => {}
+        }
+        if let Some(text) = event {
+            let name = foot.name.to_string();
+            self.now = at;
+            self.say(Some(name), text);
+        }
+    }
+
+    /// The place of a foot, which is made where it is heard for the first time; a foot on a serial line
+    /// is known before its id is.
+    fn index(&mut self, key: &FootKey, said: &Said) -> usize {
+        let name = match (self.listener.name(key), said) {
+            (Some(name), _) => Some(name),
+            (None, Said::Contact(row)) => row.foot.clone(),
+            (None, _) => None,
+        };
+        let named = || -> std::sync::Arc<str> {
+            match (&name, key.node) {
+                (Some(name), _) => name.clone(),
+                (None, Some(node)) => format!("node {node}").into(),
+                (None, None) => key.line.clone(),
+            }
+        };
+        let is_same = |foot: &Foot| {
+            foot.key.line == key.line
+                && match (foot.key.node, key.node) {
+                    (Some(known), Some(node)) => known == node,
+                    // Rows of a recording: one line, several feet.
+                    (None, None) => name.as_ref().is_none_or(|name| *name == foot.name),
+                    (known, _) => known.is_none(),
+                }
+        };
+        if let Some(index) = self.feet.iter().position(is_same) {
+            if let Some(foot) = self.feet.get_mut(index)
+                && foot.key.node.is_none()
+                && key.node.is_some()
+            {
+                foot.key = key.clone();
+                foot.name = named();
+            }
+            return index;
+        }
+        let place = self.feet.partition_point(|foot| foot.key < *key);
+        self.feet.insert(place, Foot::new(key.clone(), named()));
+        place
+    }
+
+    fn say(&mut self, foot: Option<String>, text: String) {
+        if self.events.len() == EVENTS {
+            self.events.pop_front();
+            self.forgotten += 1;
+        }
+        let t = self.elapsed_s();
+        self.events.push_back(Event { t, foot, text });
+    }
+
+    /// Marks this moment; marks are numbered from 1.
+    pub fn mark(&mut self) {
+        self.marks += 1;
+        self.say(None, format!("mark {}", self.marks));
+    }
+
+    /// From the first arrival to the newest, s.
+    #[must_use]
+    pub fn elapsed_s(&self) -> f64 {
+        let first = self.first.unwrap_or(self.now);
+        self.now.as_micros().saturating_sub(first.as_micros()) as f64 / 1.0e6
+    }
+
+    /// The time of the newest arrival.
+    #[must_use]
+    pub const fn now(&self) -> Timestamp {
+        self.now
+    }
+
+    /// The feet, by line and id.
+    #[must_use]
+    pub fn feet(&self) -> &[Foot] {
+        &self.feet
+    }
+
+    /// What has happened, the newest last.
+    #[must_use]
+    pub const fn events(&self) -> &VecDeque<Event> {
+        &self.events
+    }
+
+    /// What has happened since the first `seen` events; and how many there have been by now.
+    pub fn events_since(&self, seen: usize) -> (impl Iterator<Item = &Event>, usize) {
+        let skipped = seen.saturating_sub(self.forgotten);
+        (
+            self.events.iter().skip(skipped),
+            self.forgotten + self.events.len(),
+        )
+    }
+
+    /// What the line waits for, where it is not open.
+    #[must_use]
+    pub fn waits_for(&self) -> Option<&str> {
+        self.waits_for.as_deref()
+    }
+
+    /// Whether there is nothing more to come.
+    #[must_use]
+    pub const fn has_ended(&self) -> bool {
+        self.has_ended
+    }
+
+    /// Lines and pieces that could not be read: of what is played, of an adapter, of serial lines.
+    #[must_use]
+    pub fn unreadable(&self) -> u64 {
+        let reports = self.listener.reports();
+        let problems = reports.iter().filter(|(line, _)| line.is_some());
+        let problems = problems.flat_map(|(_, report)| report.problems.values());
+        self.unreadable + problems.sum::<u64>()
+    }
+}
+
+/// Takes in an emergency message; what it says.
+fn emergency_text(foot: &mut Foot, emergency: Emergency, at: Timestamp) -> Option<String> {
+    let Emergency {
+        code,
+        fault,
+        detail,
+        ..
+    } = emergency;
+    let Some(fault) = fault else {
+        return Some(format!("fault 0x{code:04X}, which is not known here"));
+    };
+    let text = |what: &str| format!("{what} 0x{:04X} {}", fault.code(), fault.name());
+    if code == 0 {
+        foot.faults = foot.faults.without(fault);
+        return Some(text("cleared:"));
+    }
+    foot.raise(fault, at);
+    Some(match Fault::detail(fault) {
+        "" => text("fault"),
+        meaning => format!("{}: {detail} ({meaning})", text("fault")),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use live::Feed;
+    use std::time::Duration;
+    use wire::{CanFrame, Faults};
+
+    fn watched(source: &str) -> Robot {
+        let feed = Feed::open(source.parse().expect("a source"));
+        let mut robot = Robot::new(Feet::default());
+        while !robot.has_ended() {
+            robot.take(feed.next(Duration::from_secs(10)).expect("it ends"));
+        }
+        robot
+    }
+
+    #[test]
+    fn four_feet_at_1_khz_are_watched_without_losing_a_contact() {
+        let robot = watched("demo:feet=4,speed=max,seconds=6");
+        let names: Vec<_> = robot.feet().iter().map(|foot| &*foot.name).collect();
+        assert_eq!(names, ["FL", "FR", "RL", "RR"]);
+        for foot in robot.feet() {
+            assert_eq!((foot.missing, foot.dropped), (0, 0), "{}", foot.name);
+            let rate = foot.rate_hz().expect("a rate");
+            assert!((995.0..1005.0).contains(&rate), "{rate}");
+            assert!(foot.jitter_ms().expect("a jitter") < 1.0);
+            assert!(foot.load.is_some() && foot.tilt.is_some() && foot.temperature.is_some());
+            assert_eq!(foot.state, Some(wire::node::State::Operational));
+            assert_eq!(foot.curve(80).len(), 80);
+        }
+        assert!((5.9..6.1).contains(&robot.elapsed_s()));
+        assert!(
+            robot
+                .events()
+                .iter()
+                .any(|event| event.text == "has started")
+        );
+    }
+
+    #[test]
+    fn a_foot_on_a_serial_line_gets_its_name_with_its_first_health_message() {
+        let robot = watched("demo:feet=2,speed=max,seconds=2,line=uart");
+        let names: Vec<_> = robot.feet().iter().map(|foot| &*foot.name).collect();
+        assert_eq!(names, ["L", "R"]);
+        assert!(robot.feet().iter().all(|foot| foot.missing == 0));
+    }
+
+    #[test]
+    fn faults_come_and_go_and_name_the_reason_of_a_start() {
+        let mut robot = Robot::new(Feet::default());
+        let mut receive = |ms: u64, id: u16, data: &[u8]| {
+            let at = Timestamp::from_micros(ms * 1000);
+            let interface = "can0".into();
+            let frame = CanFrame::new(id, data).expect("a frame");
+            robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+        };
+        let raised = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
+        let cleared = Emergency::cleared(Fault::WatchdogReset, Faults::NONE).encode();
+        receive(0, 0x711, &[0]);
+        receive(10, 0x091, &raised);
+        receive(500, 0x711, &[5]);
+        receive(900, 0x091, &cleared);
+        let foot = &robot.feet()[0];
+        assert_eq!(
+            foot.started.and_then(|(_, reason)| reason),
+            Some(Fault::WatchdogReset)
+        );
+        assert_eq!(foot.faults, Faults::NONE);
+        let texts: Vec<_> = robot
+            .events()
+            .iter()
+            .map(|e| (e.t, e.text.as_str()))
+            .collect();
+        assert_eq!(texts[0], (0.0, "has started"));
+        assert!(texts[1].1.starts_with("fault 0x"), "{texts:?}");
+        assert!(
+            texts[2].1.starts_with("cleared: 0x") && texts[2].0 == 0.9,
+            "{texts:?}"
+        );
+    }
+
+    #[test]
+    fn contacts_that_are_missing_are_counted() {
+        use estimator_core::ContactEstimate;
+        use wire::pdo::Contact;
+        let mut robot = Robot::new(Feet::default());
+        for ms in (0..300_u64).filter(|ms| !(100..105).contains(ms) && *ms != 200) {
+            let estimate = ContactEstimate {
+                timestamp: Timestamp::from_micros(ms * 1000),
+                ..ContactEstimate::default()
+            };
+            let bytes = Contact::new(&estimate, ms as u8, Faults::NONE).encode();
+            let frame = CanFrame::new(0x191, &bytes).expect("a frame");
+            let at = Timestamp::from_micros(5_000_000 + ms * 1000);
+            let interface = "can0".into();
+            robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+        }
+        assert_eq!(robot.feet()[0].missing, 6);
+    }
+}

@@ -1,0 +1,46 @@
+//! The document of faults, flags and refusals is the table that `footfall explain` has.
+
+use decode::remedy::Trouble;
+use host_tests::committed::assert_block;
+
+fn table(kind: &str) -> String {
+    let all = Trouble::all().filter(|trouble| trouble.kind() == kind);
+    match kind {
+        "flag" => {
+            let row = |trouble: Trouble| {
+                let (name, meanwhile) = (trouble.name(), trouble.consequence());
+                format!("| `{name}` | {meanwhile} | {} |\n", trouble.remedy())
+            };
+            let rows: String = all.map(row).collect();
+            format!("| flag | meanwhile | what to do |\n|---|---|---|\n{rows}")
+        }
+        "fault" => {
+            let row = |trouble: Trouble| {
+                let (code, name) = (trouble.code_text(), trouble.name());
+                let meanwhile = trouble.consequence();
+                format!("| {code} | {name} | {meanwhile} | {} |\n", trouble.remedy())
+            };
+            let rows: String = all.map(row).collect();
+            format!("| code | fault | meanwhile | what to do |\n|---|---|---|---|\n{rows}")
+        }
+        _ => {
+            let row = |trouble: Trouble| {
+                let (code, name) = (trouble.code_text(), trouble.name());
+                format!("| {code} | {name} | {} |\n", trouble.remedy())
+            };
+            let rows: String = all.map(row).collect();
+            format!("| code | refusal | what to do |\n|---|---|---|\n{rows}")
+        }
+    }
+}
+
+#[test]
+fn the_document_has_every_fault_flag_and_refusal() {
+    for (block, kind) in [
+        ("faults", "fault"),
+        ("flags", "flag"),
+        ("refusals", "refusal"),
+    ] {
+        assert_block("docs/faults.md", block, &table(kind));
+    }
+}
