@@ -4,7 +4,7 @@
 //! |---|---|
 //! | a serial port | [`serial`] |
 //! | an adapter that speaks slcan over a serial port | [`slcan`] |
-//! | an interface of SocketCAN | `can` |
+//! | an interface of `SocketCAN` | `can` |
 //! | a log or a recording that is played | [`file`](mod@file) |
 //! | simulated feet | [`demo`] |
 //! | how fast the last two go | [`pace`] |

@@ -5,8 +5,8 @@
 //! | what | file |
 //! |---|---|
 //! | the robot: one bus, or a serial line for each foot | this one |
-//! | a foot: its walk, its program, its requests | [`foot`] |
-//! | flash with its settings | [`flash`] |
+//! | a foot: its walk, its program, its requests | `foot` |
+//! | flash with its settings | `flash` |
 
 mod flash;
 mod foot;
@@ -140,7 +140,7 @@ impl Robot {
         }
         let mut sent = Vec::new();
         for (foot, walked) in self.feet.iter_mut().zip(walked) {
-            foot.tick(now_us, walked);
+            foot.tick(now_us, &walked);
             sent.extend(foot.take_frames());
         }
         // The lowest identifier wins the bus; those of one foot keep their order where they are equal.

@@ -3,7 +3,7 @@
 //! | written | is |
 //! |---|---|
 //! | `uart:/dev/ttyACM0`, `uart:COM3@115200` | a serial port, at 1 000 000 Bd unless another rate is given |
-//! | `can:can0` | an interface of SocketCAN |
+//! | `can:can0` | an interface of `SocketCAN` |
 //! | `slcan:/dev/ttyACM0`, `slcan:/dev/ttyACM0@500` | an adapter that speaks slcan, at 1000 kbit/s unless another rate is given |
 //! | `file:can.log`, `file:uart.bin@10`, `file:walk.mcap@max` | a log, a recording of the serial line or of an IMU, at its own speed unless another is given |
 //! | `demo`, `demo:feet=4,speed=10` | simulated feet; keys are [`Demo`]'s |
@@ -35,7 +35,7 @@ pub enum Source {
         /// Its rate, Bd.
         baud: u32,
     },
-    /// An interface of SocketCAN.
+    /// An interface of `SocketCAN`.
     Can {
         /// Its name.
         interface: String,

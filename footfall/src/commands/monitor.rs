@@ -21,11 +21,16 @@ const PICTURE: Duration = Duration::from_millis(50);
 /// Time from one line of a foot to its next.
 const LINE: Duration = Duration::from_secs(1);
 
+/// How a source is written, for helps.
+const SOURCES: &str = "Where the feet stream from: uart:/dev/ttyACM0[@BAUD], can:can0, \
+                       slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
+                       simulated feet";
+
 /// What `footfall monitor` takes.
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
-    /// Where the feet stream from: uart:/dev/ttyACM0[@BAUD], can:can0, slcan:/dev/ttyACM0[@KBIT],
-    /// file:can.log[@SPEED], or demo[:feet=4] for simulated feet
+    /// Where the feet stream from.
+    #[arg(help = SOURCES)]
     pub source: Source,
     /// Print lines once a second, as where standard output is no terminal
     #[arg(long)]

@@ -1,4 +1,4 @@
-//! An interface of SocketCAN. It is set up by whoever owns it: `ip link set can0 up type can bitrate
+//! An interface of `SocketCAN`. It is set up by whoever owns it: `ip link set can0 up type can bitrate
 //! 1000000`.
 
 use std::io;

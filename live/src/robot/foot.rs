@@ -156,7 +156,7 @@ impl SimulatedFoot {
     }
 
     /// A millisecond that begins at `now_us`.
-    pub(super) fn tick(&mut self, now_us: u64, walked: Walked) {
+    pub(super) fn tick(&mut self, now_us: u64, walked: &Walked) {
         let tick = Tick {
             time: Timestamp::from_micros(now_us),
             edge: Some(walked.imu.timestamp),
