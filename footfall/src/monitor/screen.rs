@@ -62,6 +62,9 @@ fn headline(robot: &Robot, source: &str, running: Running, hidden: u16) -> Parag
         Span::raw(format!("{source}   {:.1} s", robot.elapsed_s())),
     ];
     let warning = Style::new().fg(Color::Yellow);
+    if running == Running::Paused {
+        spans.push(Span::styled("   paused", warning));
+    }
     if hidden > 0 {
         let text = format!("   {hidden} more feet below");
         spans.push(Span::styled(text, warning));
@@ -72,9 +75,6 @@ fn headline(robot: &Robot, source: &str, running: Running, hidden: u16) -> Parag
         spans.push(Span::styled("   ended", warning));
     } else if robot.feet().is_empty() {
         spans.push(Span::styled("   no foot heard yet", warning));
-    }
-    if running == Running::Paused {
-        spans.push(Span::styled("   paused", warning));
     }
     if robot.unreadable() > 0 {
         let text = format!("   {} pieces unreadable", robot.unreadable());
