@@ -3,8 +3,11 @@
 //!
 //! | finding | it is reported where |
 //! |---|---|
+//! | axes are no numbers | those of one sample in a hundred |
 //! | acceleration in g, or in m/s² read as g | \|a\| at rest is 1 m/s² or 9.8² m/s², within a fifth |
+//! | acceleration in mg, counts or the like | \|a\| at rest is more than [`LARGEST_REST`], and not 9.8² m/s² |
 //! | rates in °/s | one sample in a hundred is beyond [`LARGEST_RATE`] |
+//! | rates in rad/s read as °/s | 99 samples in a hundred are below [`SMALLEST_RATE`], though the foot moves |
 //! | gravity is there or not | \|a\| at rest is not what was declared |
 //! | gravity is not along z | its mean at rest is more than 45° from the z axis |
 //! | the clock jumps | steps of more than a second that are no usual steps of the recording |
@@ -12,6 +15,7 @@
 //! | the rate is low | it is below [`LOWEST_RATE`] |
 //! | a sensor clips | more than [`CLIPPED_A_STEP`] samples a step are at the end of its range |
 //! | the probability never rises | it is hardly ever above ½ while the foot is loaded, or in the whole recording |
+//! | the load is in another unit than its thresholds | it is always on one side of them, though the foot stands and moves |
 //!
 //! Rest is where the accelerations are quietest: a tenth of the recording, in pieces of a tenth of a
 //! second. So a foot that never rests may have findings that are wrong, and none is an error of its
@@ -20,6 +24,8 @@
 mod clipping;
 mod clock;
 mod histogram;
+mod load;
+mod rates;
 mod rest;
 mod rise;
 
@@ -28,18 +34,25 @@ use std::fmt;
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{ContactEstimate, Gravity, Mounting, Vec3};
 
+use crate::input::{RateUnit, Units};
 use crate::mounting;
 use crate::recording::{RecordedSample, Recording};
 use clipping::Clipping;
 use clock::ClockCheck;
-use histogram::Histogram;
+use load::LoadCheck;
+use rates::RateCheck;
 use rest::{Rest, RestSearch};
 use rise::Rise;
 
 pub use clipping::{CLIPPED_A_STEP, Sensor};
+pub use load::LoadSide;
+pub use rates::{LARGEST_RATE, SMALLEST_RATE};
 
-/// The end of the range that gyroscopes on robots have, 2000 °/s, rad/s.
-pub const LARGEST_RATE: f32 = 34.9;
+/// From this on |a| at rest is no gravity, with whatever motion a foot has at its quietest, m/s².
+pub const LARGEST_REST: f32 = 3.0 * STANDARD_GRAVITY;
+
+/// The share of samples that may be no numbers without a word.
+const NOT_NUMBERS_SHARE: f64 = 0.01;
 
 /// The lowest rate of the recordings that the estimator was chosen with, Hz.
 pub const LOWEST_RATE: f32 = 100.0;
@@ -65,6 +78,30 @@ pub enum Finding {
     AccelerationNotInG {
         /// |a| at rest, m/s².
         at_rest: f32,
+    },
+    /// Accelerations are in a unit that is none of those that are read.
+    AccelerationInOtherUnit {
+        /// |a| at rest, m/s².
+        at_rest: f32,
+    },
+    /// Samples have an axis that is no number.
+    NotNumbers {
+        /// How many.
+        samples: u64,
+        /// Of so many.
+        of: u64,
+    },
+    /// Angular rates look like rad/s, but are read as °/s.
+    RateNotInDegrees {
+        /// Which one sample in a hundred exceeds, rad/s.
+        percentile: f32,
+    },
+    /// The load does not cross its thresholds.
+    LoadThresholds {
+        /// Where it stays.
+        side: LoadSide,
+        /// The smallest and the largest load, in the unit of the signal.
+        range: [f32; 2],
     },
     /// Angular rates look like °/s, but are read as rad/s.
     RateInDegrees {
@@ -131,6 +168,10 @@ impl Finding {
         match self {
             Self::AccelerationInG { .. } => "acceleration_in_g",
             Self::AccelerationNotInG { .. } => "acceleration_not_in_g",
+            Self::AccelerationInOtherUnit { .. } => "acceleration_in_other_unit",
+            Self::NotNumbers { .. } => "not_numbers",
+            Self::RateNotInDegrees { .. } => "rate_not_in_degrees",
+            Self::LoadThresholds { .. } => "load_thresholds",
             Self::RateInDegrees { .. } => "rate_in_degrees",
             Self::GravityIncluded { .. } => "gravity_included",
             Self::GravityRemoved { .. } => "gravity_removed",
@@ -167,6 +208,26 @@ impl fmt::Display for Finding {
             Self::AccelerationNotInG { at_rest } => write!(
                 f,
                 "the acceleration is {at_rest:.0} m/s² at rest, so it was in m/s² already: --units m/s2"
+            ),
+            Self::AccelerationInOtherUnit { at_rest } => write!(
+                f,
+                "the acceleration is {at_rest:.0} m/s² at rest, {:.0} times gravity, which looks like mg or counts of the sensor: convert it to m/s² or g",
+                at_rest / STANDARD_GRAVITY
+            ),
+            Self::NotNumbers { samples, of } => write!(
+                f,
+                "{samples} of {of} samples have an axis that is blank or no number, and are invalid: where accelerations and rates have rows of their own, join these first (pandas.merge_asof)"
+            ),
+            Self::RateNotInDegrees { percentile } => write!(
+                f,
+                "the angular rate exceeds {percentile:.2} rad/s in one sample in a hundred only, though the foot moves, so it was in rad/s already: --units rad/s"
+            ),
+            Self::LoadThresholds {
+                side,
+                range: [lowest, highest],
+            } => write!(
+                f,
+                "the load is {lowest:.3} to {highest:.3}, which is always {side} its thresholds, though the foot stands and moves: set [load] in the unit of the signal, and take out its offset"
             ),
             Self::RateInDegrees { percentile } => write!(
                 f,
@@ -226,10 +287,16 @@ impl fmt::Display for Finding {
     }
 }
 
-/// All that is not plausible about a recording.
+/// All that is not plausible about a recording in SI units.
 #[must_use]
 pub fn check(recording: &Recording) -> Vec<Finding> {
-    let mut check = Check::new(recording.sample_rate, recording.gravity);
+    check_read_in(recording, Units::default())
+}
+
+/// All that is not plausible about a recording that was read in these units.
+#[must_use]
+pub fn check_read_in(recording: &Recording, units: Units) -> Vec<Finding> {
+    let mut check = Check::new(recording.sample_rate, recording.gravity).with_units(units);
     for sample in &recording.samples {
         check.add(sample);
     }
@@ -240,11 +307,14 @@ pub fn check(recording: &Recording) -> Vec<Finding> {
 pub struct Check {
     sample_rate: f32,
     gravity: Gravity,
+    samples: u64,
+    not_numbers: u64,
     rest: RestSearch,
-    rates: Histogram,
+    rates: RateCheck,
     clock: ClockCheck,
     clipping: Clipping,
     rise: Rise,
+    load: LoadCheck,
 }
 
 impl Check {
@@ -254,22 +324,35 @@ impl Check {
         Self {
             sample_rate,
             gravity,
+            samples: 0,
+            not_numbers: 0,
             rest: RestSearch::new(sample_rate),
-            rates: Histogram::default(),
+            rates: RateCheck::new(RateUnit::default()),
             clock: ClockCheck::default(),
             clipping: Clipping::default(),
             rise: Rise::default(),
+            load: LoadCheck::default(),
+        }
+    }
+
+    /// The same of a recording that was read in these units, before the first sample.
+    #[must_use]
+    pub fn with_units(self, units: Units) -> Self {
+        Self {
+            rates: RateCheck::new(units.rate),
+            ..self
         }
     }
 
     /// Takes in the next sample.
     pub fn add(&mut self, sample: &RecordedSample) {
         self.rest.add(sample);
-        let rate = sample.imu.angular_rate.0;
-        let largest = rate.x.abs().max(rate.y.abs()).max(rate.z.abs());
-        if largest.is_finite() {
-            self.rates.add(largest);
+        self.samples += 1;
+        let is_number = |v: Vec3| v.x.is_finite() && v.y.is_finite() && v.z.is_finite();
+        if !(is_number(sample.imu.specific_force.0) && is_number(sample.imu.angular_rate.0)) {
+            self.not_numbers += 1;
         }
+        self.rates.add(sample);
         self.clock.add(sample.imu.timestamp);
         self.clipping.add(sample);
     }
@@ -278,6 +361,7 @@ impl Check {
     pub fn add_estimate(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
         self.clipping.add_decision(estimate.decision);
         self.rise.add(sample.load, estimate.probabilities.stable);
+        self.load.add(sample.load, estimate.phase);
     }
 
     /// What is not plausible about all of them.
@@ -288,10 +372,13 @@ impl Check {
             .and_then(|rest| check_gravity(&rest, self.gravity))
             .into_iter()
             .collect();
-        let percentile = self.rates.quantile(0.99).unwrap_or(0.0);
-        if percentile > LARGEST_RATE {
-            findings.push(Finding::RateInDegrees { percentile });
+        if self.not_numbers as f64 > NOT_NUMBERS_SHARE * self.samples as f64 {
+            findings.push(Finding::NotNumbers {
+                samples: self.not_numbers,
+                of: self.samples,
+            });
         }
+        findings.extend(self.rates.finding());
         findings.extend(self.clock.findings());
         if self.sample_rate < LOWEST_RATE * (1.0 - RATE_TOLERANCE) {
             findings.push(Finding::LowRate {
@@ -300,6 +387,7 @@ impl Check {
         }
         findings.extend(self.clipping.findings());
         findings.extend(self.rise.finding(self.sample_rate));
+        findings.extend(self.load.finding(self.sample_rate));
         findings
     }
 }
@@ -338,6 +426,9 @@ fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
     }
     if is_near(at_rest, STANDARD_GRAVITY * STANDARD_GRAVITY) {
         return Some(Finding::AccelerationNotInG { at_rest });
+    }
+    if at_rest > LARGEST_REST {
+        return Some(Finding::AccelerationInOtherUnit { at_rest });
     }
     match gravity {
         Gravity::Removed => has_gravity.then_some(Finding::GravityIncluded { at_rest }),

@@ -45,8 +45,10 @@ impl RestSearch {
     }
 
     pub(super) fn add(&mut self, sample: &RecordedSample) {
-        self.valid &= sample.imu.checked_validity() == Validity::Valid;
+        // A reading beyond any sensor may be one in another unit, which is what is looked for.
         let force = sample.imu.specific_force.0;
+        let is_number = force.x.is_finite() && force.y.is_finite() && force.z.is_finite();
+        self.valid &= is_number && sample.imu.validity == Validity::Valid;
         for (sum, value) in self.sums.iter_mut().zip([force.x, force.y, force.z]) {
             *sum += f64::from(value);
             self.squares += f64::from(value) * f64::from(value);

@@ -1,6 +1,6 @@
 use super::*;
 use estimator_core::{
-    AngularRate, ImuSample, Load, Saturation, SpecificForce, Timestamp, Validity, Vec3,
+    AngularRate, ImuSample, Load, Phase, Saturation, SpecificForce, Timestamp, Validity, Vec3,
 };
 
 /// A foot that rests and swings every second for 10 s at 200 Hz, with gravity along z.
@@ -144,6 +144,67 @@ fn rates_in_degrees_are_found() {
 }
 
 #[test]
+fn rates_in_radians_that_were_read_as_degrees_are_found_where_the_foot_moves() {
+    let degrees = Units {
+        rate: RateUnit::DegreesPerSecond,
+        ..Units::default()
+    };
+    let found = |recording: &Recording, units| {
+        let findings = check_read_in(recording, units);
+        findings.iter().map(Finding::name).collect::<Vec<_>>()
+    };
+    let mut recording = walk();
+    assert_eq!(found(&recording, degrees), [""; 0]);
+    for sample in &mut recording.samples {
+        let rate = &mut sample.imu.angular_rate.0;
+        *rate = Vec3::new(
+            rate.x.to_radians(),
+            rate.y.to_radians(),
+            rate.z.to_radians(),
+        );
+    }
+    assert_eq!(found(&recording, degrees), ["rate_not_in_degrees"]);
+    // A trunk turns as slowly in rad/s.
+    assert_eq!(found(&recording, Units::default()), [""; 0]);
+    for sample in &mut recording.samples {
+        sample.imu.specific_force.0 = Vec3::new(0.0, 0.0, 9.81);
+    }
+    assert_eq!(found(&recording, degrees), [""; 0]);
+}
+
+#[test]
+fn accelerations_in_mg_or_counts_are_found() {
+    for factor in [1000.0 / 9.81, 2048.0 / 9.81, 16384.0 / 9.81, 16384.0] {
+        let found = found(&with_force(scaled(factor)));
+        assert_eq!(found, ["acceleration_in_other_unit"], "{factor}");
+    }
+    // As read with --units g.
+    let counts = check(&with_force(scaled(16384.0)));
+    assert_eq!(
+        counts[0].to_string(),
+        "the acceleration is 160800 m/s² at rest, 16397 times gravity, which looks like mg or \
+         counts of the sensor: convert it to m/s² or g"
+    );
+}
+
+#[test]
+fn samples_that_are_no_numbers_are_found_from_one_in_a_hundred_on() {
+    let without = |one_in: usize, at: usize| {
+        let mut recording = walk();
+        for sample in recording.samples.iter_mut().skip(at).step_by(one_in) {
+            sample.imu.angular_rate.0.y = f32::NAN;
+        }
+        check(&recording)
+    };
+    assert_eq!(without(150, 7), []);
+    let half = Finding::NotNumbers {
+        samples: 1000,
+        of: 2000,
+    };
+    assert_eq!(without(2, 0), [half]);
+}
+
+#[test]
 fn a_clock_that_jumps_is_found_and_a_short_gap_is_not() {
     let gap = |length_us: u64| with_times(move |k| 5_000 * k + if k < 900 { 0 } else { length_us });
     assert_eq!(found(&gap(5_000_000)), ["clock_jumps"]);
@@ -173,9 +234,9 @@ fn a_rate_below_that_of_the_slowest_recordings_is_found() {
 }
 
 #[test]
-fn a_recording_without_a_valid_sample_has_nothing_to_find() {
+fn a_recording_without_a_valid_sample_has_nothing_else_to_find() {
     let mut recording = with_force(|_| Vec3::new(f32::NAN, 0.0, 0.0));
-    assert_eq!(found(&recording), [""; 0]);
+    assert_eq!(found(&recording), ["not_numbers"]);
     recording.samples.clear();
     assert_eq!(found(&recording), [""; 0]);
 }
@@ -242,4 +303,32 @@ fn without_a_load_a_probability_that_never_rises_is_found() {
     assert_eq!(with_probability(false, |_| 0.5), ["never_rises"]);
     let once = |k: usize| if k == 1000 { 0.9 } else { 0.0 };
     assert_eq!(with_probability(false, once), [""; 0]);
+}
+
+/// The findings about a foot that stands and moves by turns, one second each, under these loads.
+fn with_loads(loads: [f32; 2], phases: [Phase; 2]) -> Vec<Finding> {
+    let mut check = LoadCheck::default();
+    for k in 0..1000 {
+        let now = usize::from(k % 400 >= 200);
+        check.add(Some(Load(loads[now])), phases[now]);
+    }
+    check.finding(200.0).into_iter().collect()
+}
+
+#[test]
+fn a_load_that_stays_on_one_side_of_its_thresholds_is_found() {
+    assert_eq!(with_loads([80.0, 0.0], [Phase::Stance, Phase::Swing]), []);
+    let stays = |side, range| [Finding::LoadThresholds { side, range }];
+    assert_eq!(
+        with_loads([380.0, 300.0], [Phase::Stance, Phase::Slip]),
+        stays(LoadSide::Above, [300.0, 380.0])
+    );
+    assert_eq!(
+        with_loads([8.0, -0.5], [Phase::QuietSwing, Phase::Swing]),
+        stays(LoadSide::Below, [-0.5, 8.0])
+    );
+    // A foot that is only seen in the air, or standing.
+    assert_eq!(with_loads([0.0, 0.0], [Phase::Swing, Phase::Swing]), []);
+    assert_eq!(with_loads([80.0, 80.0], [Phase::Stance, Phase::Stance]), []);
+    assert_eq!(with_loads([80.0, 0.0], [Phase::Unknown; 2]), []);
 }

@@ -1,0 +1,59 @@
+//! Angular rates that are too large or too small for the unit in which they were read.
+
+use super::Finding;
+use super::histogram::Histogram;
+use crate::input::RateUnit;
+use crate::recording::RecordedSample;
+
+/// The end of the range that gyroscopes on robots have, 2000 °/s, rad/s.
+pub const LARGEST_RATE: f32 = 34.9;
+
+/// A foot that walks exceeds this in one sample in a hundred, 20 °/s, rad/s. Of recordings of feet,
+/// shoes and hands the slowest has 1.3 rad/s; a robot's trunk may have less, but not in °/s.
+pub const SMALLEST_RATE: f32 = 0.35;
+
+/// By this much one |a| in a hundred exceeds the median where a foot moves, m/s².
+const MOVES: f32 = 5.0;
+
+/// Collects how large rates are.
+pub(super) struct RateCheck {
+    rates: Histogram,
+    /// |a|, where rates were read as °/s.
+    forces: Option<Histogram>,
+}
+
+impl RateCheck {
+    /// Of rates that were read in this unit.
+    pub(super) fn new(unit: RateUnit) -> Self {
+        let in_degrees = unit == RateUnit::DegreesPerSecond;
+        Self {
+            rates: Histogram::default(),
+            forces: in_degrees.then(Histogram::default),
+        }
+    }
+
+    pub(super) fn add(&mut self, sample: &RecordedSample) {
+        let rate = sample.imu.angular_rate.0;
+        let largest = rate.x.abs().max(rate.y.abs()).max(rate.z.abs());
+        if largest.is_finite() {
+            self.rates.add(largest);
+        }
+        let force = sample.imu.specific_force.0.length();
+        if let Some(forces) = &mut self.forces
+            && force.is_finite()
+        {
+            forces.add(force);
+        }
+    }
+
+    /// What is wrong with the unit.
+    pub(super) fn finding(&self) -> Option<Finding> {
+        let percentile = self.rates.quantile(0.99)?;
+        if percentile > LARGEST_RATE {
+            return Some(Finding::RateInDegrees { percentile });
+        }
+        let forces = self.forces.as_ref()?;
+        let moves = forces.quantile(0.99)? - forces.quantile(0.5)? > MOVES;
+        (moves && percentile < SMALLEST_RATE).then_some(Finding::RateNotInDegrees { percentile })
+    }
+}
