@@ -1,6 +1,7 @@
 //! Times that are not in order, put right.
 
 use super::rate::roundest;
+use crate::steps::{Steps, median};
 
 /// Which rows to keep so that times advance and as few as possible are left out: the longest
 /// sequence that increases (patience sorting).
@@ -26,18 +27,41 @@ pub(super) fn longest_increase(times_us: &[i64]) -> Vec<bool> {
     kept
 }
 
+/// Steps of less than this are of rows that arrive together: no sensor is read as often, µs.
+const LEAST_STEP_US: u64 = 100;
+
+/// From this step on the clock jumps, µs, where it is also [`UNUSUAL`].
+const JUMP_US: u64 = 1_000_000;
+
+/// How many times the usual step a step is that is not usual.
+const UNUSUAL: u64 = 20;
+
 /// The mean rate in Hz of rows that arrive in batches: what can be known of it ends where a batch
-/// does, and of the rates within that it is the roundest.
+/// does, and of the rates within that it is the roundest. Where the clock jumps, forth as over a
+/// gap or back as where it starts again, there is no step.
 pub(super) fn mean_rate(times_us: &[i64]) -> Option<f64> {
-    let (first, last) = (times_us.iter().min()?, times_us.iter().max()?);
-    let span = last.abs_diff(*first) as f64;
-    let periods = (times_us.len() - 1) as f64;
-    if periods == 0.0 || span == 0.0 {
+    let steps = || {
+        times_us
+            .windows(2)
+            .map(|pair| pair[1].saturating_sub(pair[0]))
+    };
+    let mut seen = Steps::default();
+    steps()
+        .map(i64::unsigned_abs)
+        .filter(|step| *step >= LEAST_STEP_US)
+        .for_each(|step| seen.add(step));
+    let usual = median(&seen.sorted()).unwrap_or(0);
+    let jump = JUMP_US.max(usual.saturating_mul(UNUSUAL));
+    let steps = || steps().filter(|step| step.unsigned_abs() <= jump);
+    let span: i64 = steps().sum();
+    let periods = steps().count() as f64;
+    if periods == 0.0 || span <= 0 {
         return None;
     }
-    let steps = times_us.windows(2).map(|pair| (pair[1] - pair[0]).max(0));
-    // A gap is no batch: it must not make every rate possible.
-    let batch = (steps.max()? as f64).min(span / 20.0);
+    let span = span as f64;
+    let batch = steps().max()? as f64;
+    // What is left of gaps is no batch: it must not make every rate possible.
+    let batch = batch.min(span / 20.0);
     let rate = |span: f64| 1.0e6 * periods / span;
     Some(roundest(rate(span + batch), rate(span), rate(span - batch)))
 }
@@ -88,6 +112,35 @@ mod tests {
         assert_eq!(mean_rate(&times), Some(1000.0));
         assert_eq!(mean_rate(&[7]), None);
         assert_eq!(mean_rate(&[7, 7]), None);
+    }
+
+    #[test]
+    fn a_clock_that_jumps_does_not_change_the_rate() {
+        let steady = |rows: std::ops::Range<i64>, start: i64| rows.map(move |k| start + 1000 * k);
+        let rate = |parts: [std::ops::Range<i64>; 2], starts: [i64; 2]| {
+            let [first, second] = parts;
+            let times: Vec<i64> = steady(first, starts[0])
+                .chain(steady(second, starts[1]))
+                .collect();
+            mean_rate(&times)
+        };
+        let ten_seconds = 10_000_000;
+        for starts in [
+            [0, ten_seconds],
+            [0, -ten_seconds],
+            [0, 1_700_000_000_000_000],
+        ] {
+            assert_eq!(rate([0..5000, 0..9000], starts), Some(1000.0), "{starts:?}");
+        }
+        // Two seconds of rows at once are no jump.
+        let batches: Vec<i64> = (0..200_000).map(|row| row / 2000 * 2_000_000).collect();
+        assert_eq!(mean_rate(&batches), Some(1000.0));
+        // One row far ahead, and back.
+        let mut far: Vec<i64> = steady(0..5000, 0).collect();
+        far[3000] = 1_000_000_000_000;
+        assert_eq!(mean_rate(&far), Some(1000.0));
+        // Backwards there is none.
+        assert_eq!(mean_rate(&[3000, 2000, 1000]), None);
     }
 
     #[test]
