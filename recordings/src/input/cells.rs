@@ -52,10 +52,12 @@ impl Cells for Row {
     fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
         match self.text(index) {
             "" => Ok(None),
-            text => text.parse().map(Some).map_err(|_| InputError::NotANumber {
-                cell: self.cell(index, name),
-                text: text.to_owned(),
-            }),
+            text => number(text)
+                .map(Some)
+                .ok_or_else(|| InputError::NotANumber {
+                    cell: self.cell(index, name),
+                    text: text.to_owned(),
+                }),
         }
     }
 
@@ -72,6 +74,27 @@ impl Cells for Row {
     }
 }
 
+/// What R, pandas, SQL, spreadsheets and the C library of Windows write for "not a number", which
+/// Rust does not read.
+const NOT_A_NUMBER: [&str; 10] = [
+    "NA",
+    "N/A",
+    "#N/A",
+    "<NA>",
+    "null",
+    "NULL",
+    "None",
+    "nan(ind)",
+    "-nan(ind)",
+    "-1.#IND",
+];
+
+/// The number that a text stands for.
+pub(super) fn number(text: &str) -> Option<f64> {
+    let parsed = text.parse().ok();
+    parsed.or_else(|| NOT_A_NUMBER.contains(&text).then_some(f64::NAN))
+}
+
 /// A label in column `index`: 1 is stable, 0 is not.
 pub(super) fn label(row: &impl Cells, index: usize, value: f64) -> Result<Label, InputError> {
     if value == 1.0 {
@@ -83,6 +106,21 @@ pub(super) fn label(row: &impl Cells, index: usize, value: f64) -> Result<Label,
             cell: row.cell(index, "label"),
             text: row.shown(index).into_owned(),
         })
+    }
+}
+
+/// A label in column `index` that may also be a word, as pandas and R write it, or not known.
+pub(super) fn optional_label(row: &impl Cells, index: usize) -> Result<Option<Label>, InputError> {
+    let text = row.shown(index);
+    if text.eq_ignore_ascii_case("true") {
+        return Ok(Some(Label::Stable));
+    }
+    if text.eq_ignore_ascii_case("false") {
+        return Ok(Some(Label::NotStable));
+    }
+    match row.optional(index, "label")? {
+        Some(value) if !value.is_nan() => label(row, index, value).map(Some),
+        _ => Ok(None),
     }
 }
 

@@ -45,11 +45,21 @@ pub(super) fn read(
     extra.header(&layout.header, &file)?;
     columns.ignored.retain(|name| !extra.reads(name));
     let mut intake = Intake::new(&file, hints, layout, columns);
+    intake.notices.extend(table.preamble_notice());
     while let Some(row) = table.next_row()? {
-        row.expect_columns(intake.width())?;
-        match intake.take(&row)? {
-            Taken::Sample => extra.row(&row)?,
-            Taken::Nothing => {}
+        let taken = row
+            .expect_columns(intake.width())
+            .and_then(|()| intake.take(&row));
+        match taken {
+            Ok(Taken::Sample) => extra.row(&row)?,
+            Ok(Taken::Nothing) => {}
+            Err(error) if error.may_be_a_cut(row.len()) && table.is_cut_off() => {
+                let place = row.place;
+                intake.notices.push(format!(
+                    "{file}{place}: the last line is cut off, and left out"
+                ));
+            }
+            Err(error) => return Err(error),
         }
     }
     let kept = intake.kept();
@@ -63,13 +73,13 @@ pub(super) fn read(
 mod tests {
     use super::*;
     use crate::input::Opened;
-    use crate::input::error::Place;
+    use crate::input::error::{Cell, Place};
     use crate::input::loaded::Loaded;
-    use crate::input::options::Times;
+    use crate::input::options::{TimeUnit, Times, Units};
     use crate::recording::Label;
     use crate::validity::VALIDITIES;
     use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
-    use std::io::Write;
+    use std::io::{Read, Write};
 
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
@@ -240,6 +250,214 @@ mod tests {
         assert_eq!(loaded.recording.samples.len(), truth.rows.len());
         assert!(kept == [1.0, 0.0] || kept == [0.0, 1.0], "{kept:?}");
         assert_eq!(truth.rows[1].unwrap().v.y, 1.0);
+    }
+
+    const WHOLE: &str = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n0.02,1,2,3,4,5,6\n";
+
+    #[test]
+    fn a_last_line_that_is_cut_off_is_left_out_and_said() {
+        let line_begins = WHOLE.trim_end().rfind('\n').unwrap() + 1;
+        for length in line_begins + 1..WHOLE.len() - 2 {
+            let cut = loaded(&WHOLE[..length]);
+            assert_eq!(cut.recording.samples.len(), 2, "{length}");
+            assert!(
+                cut.notices[0].ends_with(", line 4: the last line is cut off, and left out"),
+                "{:?}",
+                cut.notices
+            );
+        }
+        // As after a loss of power, where the file system had not written yet.
+        let zeros = format!("{}{}", &WHOLE[..line_begins + 2], "\0".repeat(5000));
+        assert_eq!(loaded(zeros).recording.samples.len(), 2);
+        // A whole line without an end is a row; a short one elsewhere is an error.
+        let whole = loaded(WHOLE.trim_end());
+        assert_eq!((whole.recording.samples.len(), whole.notices.len()), (3, 0));
+        for text in [WHOLE.replace("0.01,1,", ""), WHOLE.replace("0.02,1,", "")] {
+            let error = read_text(text, &Hints::default());
+            assert!(matches!(error, Err(InputError::ColumnCount { .. })));
+        }
+    }
+
+    #[test]
+    fn rows_within_quotes_are_an_error_and_not_lost() {
+        let rows = |first: &str, last: &str| {
+            let row = |k: u32, note: &str| format!("0.{k:02},1,2,3,4,5,6,{note}\n");
+            let mut text = "t,ax,ay,az,wx,wy,wz,note\n".to_owned();
+            for k in 0..8 {
+                text += &row(
+                    k,
+                    match k {
+                        2 => first,
+                        6 => last,
+                        _ => "",
+                    },
+                );
+            }
+            read_text(text, &Hints::default())
+        };
+        for (first, last, lines) in [("\"start", "end\"", 4), ("\"start", "", 6)] {
+            match rows(first, last) {
+                Err(InputError::RowsInQuotes { line, lines: n, .. }) => {
+                    assert_eq!((line, n), (4, lines));
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        // A note may have two lines.
+        let two = rows("\"start\nof the slip\"", "\"a, b\"").unwrap();
+        assert_eq!(two.recording.samples.len(), 8);
+    }
+
+    #[test]
+    fn a_row_that_has_no_end_does_not_fill_the_memory() {
+        let begin = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,\"1".as_bytes();
+        let endless = begin.chain(std::io::repeat(b'0'));
+        let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(endless)).unwrap();
+        let error = read(table, &Hints::default(), &mut ()).err().unwrap();
+        assert!(
+            matches!(error, InputError::LongRow { line: 3, .. }),
+            "{error}"
+        );
+        let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(std::io::repeat(0)));
+        assert!(read(table.unwrap(), &Hints::default(), &mut ()).is_err());
+    }
+
+    #[test]
+    fn lines_above_the_header_are_passed_over_and_said() {
+        let above = format!("Logger 1.2\nRun: 3\n{WHOLE}");
+        let read = loaded(&above);
+        assert_eq!(read.recording.samples, loaded(WHOLE).recording.samples);
+        assert!(
+            read.notices[0].ends_with(": 2 lines above the header are passed over"),
+            "{:?}",
+            read.notices
+        );
+        let error = read_text(above.replace("0.01,1", "0.01,x"), &Hints::default());
+        assert!(matches!(
+            error,
+            Err(InputError::NotANumber {
+                cell: Cell {
+                    place: Place::Line(5),
+                    ..
+                },
+                ..
+            })
+        ));
+    }
+
+    #[test]
+    fn words_of_others_for_no_number_make_a_sample_invalid() {
+        for word in [
+            "NA",
+            "N/A",
+            "#N/A",
+            "null",
+            "NULL",
+            "None",
+            "NaN",
+            "-nan(ind)",
+        ] {
+            let samples = loaded(WHOLE.replace("0.01,1", &format!("0.01,{word}")))
+                .recording
+                .samples;
+            let validity = samples[1].imu.checked_validity();
+            assert_eq!(validity, Validity::Invalid, "{word}");
+        }
+        let label = |word: &str| {
+            let rows = format!("t,ax,ay,az,wx,wy,wz,label\n0,1,2,3,4,5,6,{word}\n1,1,2,3,4,5,6,\n");
+            loaded(rows).recording.samples[0].label
+        };
+        for (word, expected) in [
+            ("NA", None),
+            ("True", Some(Label::Stable)),
+            ("false", Some(Label::NotStable)),
+            ("1.0", Some(Label::Stable)),
+        ] {
+            assert_eq!(label(word), expected, "{word}");
+        }
+    }
+
+    #[test]
+    fn a_decimal_comma_is_named() {
+        let text = "t;ax;ay;az;wx;wy;wz\n0;1,5;2;3;4;5;6\n";
+        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        assert!(
+            said.ends_with(
+                "line 2, column 2 (ax): \"1,5\" is not a number: a point comes before the \
+                 fraction, not a comma (pandas.read_csv(…, sep=\";\", decimal=\",\") reads such tables)"
+            ),
+            "{said}"
+        );
+    }
+
+    const WITH_UNITS: &str = "Time [ms],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2],\
+                              gyr_x (rad/s),gyr_y (rad/s),gyr_z (rad/s)\n\
+                              0,1,2,3,4,5,6\n10,1,2,3,4,5,6\n";
+
+    #[test]
+    fn units_in_brackets_are_no_part_of_a_name() {
+        let read = loaded(WITH_UNITS);
+        assert_eq!(read.recording.sample_rate, 100.0);
+        assert_eq!(
+            read.recording.samples,
+            loaded(&WHOLE[..WHOLE.len() - 17]).recording.samples
+        );
+        // Our names, too.
+        let ours = WITH_UNITS
+            .replace("acc_", "a")
+            .replace("gyr_", "w")
+            .replace("Time", "t");
+        assert_eq!(loaded(ours).recording.samples, read.recording.samples);
+    }
+
+    #[test]
+    fn a_unit_in_a_name_is_that_in_which_the_column_is_read_or_an_error() {
+        let text = WITH_UNITS.replace("m/s^2", "g").replace("rad/s", "deg/s");
+        let error = read_text(&text, &Hints::default()).unwrap_err().to_string();
+        assert!(
+            error.ends_with(
+                ", line 1: column \"acc_x [g]\" is in g by its name, but would be read in m/s2: \
+                 --units g,dps"
+            ),
+            "{error}"
+        );
+        let mut hints = Hints::default();
+        hints.table.units = "g,dps".parse().unwrap();
+        let samples = read_text(&text, &hints).unwrap().recording.samples;
+        assert_eq!(samples[0].imu.specific_force.0.x, 9.80665);
+        // Who maps a column knows its unit.
+        let mapped = "ax=acc_x [g],ay=acc_y [g],az=acc_z [g],wx=gyr_x (deg/s),wy=gyr_y (deg/s),wz=gyr_z (deg/s),t=Time [ms]";
+        hints.table.units = Units::default();
+        hints.table.mapping = mapped.parse().unwrap();
+        hints.table.time_unit = Some(TimeUnit::Milliseconds);
+        let samples = read_text(&text, &hints).unwrap().recording.samples;
+        assert_eq!(samples[0].imu.specific_force.0.x, 1.0);
+    }
+
+    #[test]
+    fn a_mapping_to_a_name_that_stands_twice_is_an_error() {
+        let mut hints = Hints::default();
+        hints.table.mapping = "force=q".parse().unwrap();
+        let text = "t,ax,ay,az,wx,wy,wz,q,q\n0,1,2,3,4,5,6,7,8\n";
+        let said = read_text(text, &hints).unwrap_err().to_string();
+        assert!(
+            said.ends_with(", line 1, column 9 (q): this name stands in the header twice"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn what_stands_in_a_cell_does_not_flood_the_terminal() {
+        let text = WHOLE.replace("0.01,1", &format!("0.01,{}", "\0".repeat(5000)));
+        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        assert!(said.len() < 300, "{said}");
+    }
+
+    #[test]
+    fn a_column_that_may_be_the_time_is_named() {
+        let text = "SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n0,1,2,3,4,5,6\n";
+        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        assert!(said.ends_with("--map t=SampleTimeFine"), "{said}");
     }
 
     #[test]

@@ -120,6 +120,26 @@ fn time_text(text: &str, unit: TimeUnit) -> String {
     }
 }
 
+/// As much of a cell's text as fits a line.
+fn excerpt(text: &str) -> String {
+    const SHOWN: usize = 40;
+    let mut first: String = text.chars().take(SHOWN).collect();
+    if first.len() < text.len() {
+        first.push('…');
+    }
+    first
+}
+
+/// The end of an error about a number with a comma in it.
+fn comma_hint(text: &str) -> &'static str {
+    let is_number = text.matches(',').count() == 1 && text.replace(',', ".").parse::<f64>().is_ok();
+    if is_number {
+        ": a point comes before the fraction, not a comma (pandas.read_csv(…, sep=\";\", decimal=\",\") reads such tables)"
+    } else {
+        ""
+    }
+}
+
 /// Why a file is no recording. Lines and columns count from 1.
 #[derive(Debug, Error)]
 pub enum InputError {
@@ -156,6 +176,48 @@ pub enum InputError {
         file: String,
         /// How its columns are named, where they have names.
         suggestion: Option<Suggestion>,
+    },
+    /// A cell in quotes holds rows.
+    #[error(
+        "{file}, line {line}: a quote opens here and does not close for {lines} lines, so that the rows in them would be lost: remove it"
+    )]
+    RowsInQuotes {
+        /// The file, as it was named.
+        file: String,
+        /// Where the quote opens.
+        line: u64,
+        /// How many lines follow until it closes.
+        lines: u64,
+    },
+    /// A row does not end.
+    #[error(
+        "{file}, line {line}: a row of more than {most_bytes} bytes: the file is no table, or a quote that opens here is never closed"
+    )]
+    LongRow {
+        /// The file, as it was named.
+        file: String,
+        /// Where it begins.
+        line: u64,
+        /// As many bytes a row may have.
+        most_bytes: usize,
+    },
+    /// The name of a column tells another unit than that in which it is read.
+    #[error(
+        "{file}{place}: column {name:?} is in {unit} by its name, but would be read in {read_in}: --units {units}"
+    )]
+    NamedUnit {
+        /// The file, as it was named.
+        file: String,
+        /// Where the header is.
+        place: Place,
+        /// The column's name.
+        name: String,
+        /// The unit in its name.
+        unit: String,
+        /// The unit in which it would be read.
+        read_in: &'static str,
+        /// What to give for all columns to be read as their names tell.
+        units: String,
     },
     /// A line is not text.
     #[error("{file}, line {line}, column {column}: not UTF-8 text")]
@@ -263,7 +325,7 @@ pub enum InputError {
         cell: Cell,
     },
     /// A cell holds something else than a number.
-    #[error("{cell}: {text:?} is not a number")]
+    #[error("{cell}: {:?} is not a number{}", excerpt(text), comma_hint(text))]
     NotANumber {
         /// The cell.
         cell: Cell,
@@ -316,7 +378,8 @@ pub enum InputError {
     },
     /// A time is not finite, or too far from zero.
     #[error(
-        "{cell}: {text} is no time in {0}: -{1:e} to {1:e} is expected",
+        "{cell}: {0} is no time in {1}: -{2:e} to {2:e} is expected; --time-unit says the unit: s, ms, us or ns",
+        excerpt(text),
         unit.name(),
         MAX_TIME_S * unit.per_second()
     )]
@@ -410,6 +473,19 @@ pub enum InputError {
 }
 
 impl InputError {
+    /// Whether it may come from a row whose end is missing, which has as many cells.
+    pub(super) fn may_be_a_cut(&self, cells: usize) -> bool {
+        match self {
+            Self::ColumnCount {
+                found, expected, ..
+            } => found < expected,
+            Self::NotANumber { cell, .. } | Self::Blank { cell } | Self::Validity { cell, .. } => {
+                cell.column == cells
+            }
+            _ => false,
+        }
+    }
+
     /// With a column that may hold the times, where none was known to.
     pub(super) fn with_time_column(self, column: Option<String>) -> Self {
         match self {

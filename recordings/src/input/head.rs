@@ -4,11 +4,23 @@ use std::io::{self, Read};
 
 use csv::StringRecord;
 
+use super::layout;
+use super::mapping::is_ours;
+
+/// As many columns six axes have.
+const COLUMNS_OF_A_TABLE: usize = 6;
+
 /// Begins a line that is no row.
 pub(super) const COMMENT: u8 = b'#';
 
 /// At most this many bytes are looked at for the first line of the table.
 const LONGEST_HEAD: usize = 1 << 18;
+
+/// At most this many bytes are looked at for a header that is not the first line.
+const LONGEST_PREAMBLE: u64 = 1 << 14;
+
+/// At most this many lines stand above a header.
+const LONGEST_PREAMBLE_LINES: usize = 50;
 
 /// From this many commas on in its first line, a table is separated by commas: six axes need them.
 const SURELY_COMMAS: usize = 5;
@@ -19,6 +31,8 @@ pub(super) struct Head {
     pub(super) bytes: Vec<u8>,
     /// What separates columns: a comma, a semicolon or a tab.
     pub(super) separator: u8,
+    /// How many lines above the header are neither blank nor comments; they are blank in `bytes`.
+    pub(super) preamble: usize,
     /// The last comment before the first other line, with its number.
     pub(super) comment: Option<(u64, StringRecord)>,
 }
@@ -36,6 +50,7 @@ impl Head {
                 Err(error) => return Err(error),
             }
         }
+        let preamble = pass_over_preamble(&mut bytes, source)?;
         // A file's last line may have no end.
         bytes.push(b'\n');
         let first = Lines::of(&bytes).find(Line::is_row);
@@ -47,19 +62,52 @@ impl Head {
         bytes.pop();
         Ok(Self {
             separator,
+            preamble,
             comment,
             bytes,
         })
     }
 }
 
+/// Makes the lines above the header blank, so that line numbers stay: those that loggers write about
+/// themselves without marking them as comments. Their first line is no row of numbers and no header,
+/// and a header comes soon. Gives how many they are.
+fn pass_over_preamble(bytes: &mut Vec<u8>, source: &mut dyn Read) -> io::Result<usize> {
+    let first = Lines::of(bytes).find(Line::is_row);
+    if first.is_none_or(|line| line.may_begin_a_table()) {
+        return Ok(0);
+    }
+    let mut more = source.take(LONGEST_PREAMBLE);
+    more.read_to_end(bytes)?;
+    let mut lines = Lines::of(bytes);
+    let mut passed = 0;
+    let header = loop {
+        match lines.next() {
+            Some(line) if line.is_header() => break line.start,
+            Some(line) if line.is_row() && passed < LONGEST_PREAMBLE_LINES => passed += 1,
+            Some(line) if !line.is_row() => {}
+            _ => return Ok(0),
+        }
+    };
+    for byte in &mut bytes[..header] {
+        if *byte != b'\n' {
+            *byte = b' ';
+        }
+    }
+    Ok(passed)
+}
+
 /// The lines of a text that have an end.
 struct Lines<'a> {
     rest: &'a [u8],
     number: u64,
+    /// Where the rest begins.
+    start: usize,
 }
 
 struct Line<'a> {
+    /// Where it begins.
+    start: usize,
     /// Without space around it.
     bytes: &'a [u8],
     number: u64,
@@ -68,7 +116,11 @@ struct Line<'a> {
 impl<'a> Lines<'a> {
     fn of(text: &'a [u8]) -> Self {
         let rest = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(text);
-        Self { rest, number: 0 }
+        Self {
+            rest,
+            number: 0,
+            start: text.len() - rest.len(),
+        }
     }
 }
 
@@ -78,9 +130,12 @@ impl<'a> Iterator for Lines<'a> {
     fn next(&mut self) -> Option<Line<'a>> {
         let end = self.rest.iter().position(|byte| *byte == b'\n')?;
         let line = self.rest[..end].trim_ascii();
+        let start = self.start;
         self.rest = &self.rest[end + 1..];
+        self.start += end + 1;
         self.number += 1;
         Some(Line {
+            start,
             bytes: line,
             number: self.number,
         })
@@ -95,11 +150,35 @@ impl Line<'_> {
     /// The cells of a comment, with the line's number.
     fn comment(&self) -> Option<(u64, StringRecord)> {
         let text = self.bytes.strip_prefix(&[COMMENT])?;
-        let text = str::from_utf8(text).ok()?;
-        let separator = char::from(separator(text.as_bytes()));
-        let cells: StringRecord = text.split(separator).map(str::trim).collect();
-        Some((self.number, cells))
+        Some((self.number, cells(text)?))
     }
+
+    /// Whether it is the header of six axes.
+    fn is_header(&self) -> bool {
+        self.is_row() && cells(self.bytes).is_some_and(|cells| layout::is_header(&cells))
+    }
+
+    /// Whether the first line of a table may look like this: a header, even one that is not
+    /// understood, or numbers. What stands above a table has fewer columns.
+    fn may_begin_a_table(&self) -> bool {
+        cells(self.bytes).is_none_or(|cells| {
+            cells.len() >= COLUMNS_OF_A_TABLE || cells.iter().any(|cell| is_ours(cell))
+        })
+    }
+}
+
+/// The cells of a line of text.
+fn cells(line: &[u8]) -> Option<StringRecord> {
+    let text = str::from_utf8(line).ok()?;
+    let separator = char::from(separator(line));
+    let cells = text.split(separator).map(|cell| {
+        let cell = cell.trim();
+        let inner = cell
+            .strip_prefix('"')
+            .and_then(|cell| cell.strip_suffix('"'));
+        inner.unwrap_or(cell)
+    });
+    Some(cells.collect())
 }
 
 /// What separates the columns of a line.
@@ -136,6 +215,45 @@ mod tests {
             ("", b','),
         ] {
             assert_eq!(head(text).separator, separator, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn lines_above_a_header_become_blank() {
+        for header in [
+            "t,ax,ay,az,wx,wy,wz",
+            "a\tAcc_X\tAcc_Y\tAcc_Z\tGyr_X\tGyr_Y\tGyr_Z",
+        ] {
+            let above = "Logger 1.2\nDate: 2024-05-01, 12:00\n\n# by hand\n// filter, 3\n";
+            let rows = "1\n".repeat(30_000);
+            let text = format!("{above}{header}\n{rows}");
+            let mut rest = text.as_bytes();
+            let mut head = Head::of(&mut rest).unwrap();
+            assert_eq!(head.preamble, 3);
+            assert_eq!(head.separator, separator(header.as_bytes()));
+            head.bytes.extend_from_slice(rest);
+            let blank = format!(
+                "{}\n{}\n\n{}\n{}\n",
+                " ".repeat(10),
+                " ".repeat(23),
+                " ".repeat(9),
+                " ".repeat(12)
+            );
+            assert_eq!(head.bytes, format!("{blank}{header}\n{rows}").as_bytes());
+        }
+    }
+
+    #[test]
+    fn a_table_without_lines_above_its_header_stays_as_it_is() {
+        for text in [
+            "t,ax\nt,ax,ay,az,wx,wy,wz\n",
+            "0,1\n2,3\n",
+            "0.1 0.2\nno header\n",
+            "a,b,c,d,e,f\nt,ax,ay,az,wx,wy,wz\n",
+            &("x\n".repeat(60) + "t,ax,ay,az,wx,wy,wz\n"),
+        ] {
+            let head = head(text);
+            assert_eq!((head.preamble, head.bytes), (0, text.as_bytes().to_vec()));
         }
     }
 

@@ -2,7 +2,7 @@
 
 use estimator_core::{Axis, Load, Timestamp, Validity};
 
-use super::cells::{Cells, label, validity};
+use super::cells::{Cells, optional_label, validity};
 use super::error::{HeaderSlip, InputError};
 use super::layout::{Blanks, NANOSECONDS, shortened, suggestion};
 use super::loaded::{Hints, imu_sample};
@@ -119,11 +119,11 @@ impl Columns {
         self.ignored.iter().find_map(|name| {
             let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
             match separator {
-                Some(found) => name
-                    .split(found)
-                    .map(str::trim)
-                    .any(known)
-                    .then_some(HeaderSlip::Separator(found)),
+                // One name alone has something else beside it, such as a unit.
+                Some(found) => {
+                    let names = name.split(found).map(str::trim).filter(|name| known(name));
+                    (names.count() > 1).then_some(HeaderSlip::Separator(found))
+                }
                 None => known(name).then_some(HeaderSlip::UpperCase),
             }
         })
@@ -163,9 +163,9 @@ impl Columns {
             None => Ok(None),
         };
         let force = optional(self.force, "force")?;
-        let label = match (self.label, optional(self.label, "label")?) {
-            (Some(index), Some(value)) => Some(label(row, index, value)?),
-            _ => None,
+        let label = match self.label {
+            Some(index) => optional_label(row, index)?,
+            None => None,
         };
         let validity = match self.validity {
             Some(index) => validity(row, index)?,

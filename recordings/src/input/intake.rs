@@ -8,7 +8,7 @@ use super::error::InputError;
 use super::header::Columns;
 use super::layout::{Blanks, Layout};
 use super::loaded::Hints;
-use super::names::{FoundTime, find_time};
+use super::names::{FoundTime, find_time, guess};
 use super::options::TimeUnit;
 use super::rows::{Refused, Rows, Source};
 use super::stored::Stored;
@@ -34,6 +34,8 @@ pub(super) struct Intake<'a> {
     columns: Columns,
     rows: Rows,
     time: Option<TimeColumn>,
+    /// What is to be said about the table beside its columns.
+    pub(super) notices: Vec<String>,
 }
 
 impl<'a> Intake<'a> {
@@ -46,6 +48,7 @@ impl<'a> Intake<'a> {
             columns,
             rows: Rows::new(hints.table.times),
             time: None,
+            notices: Vec::new(),
         }
     }
 
@@ -93,7 +96,8 @@ impl<'a> Intake<'a> {
         name: String,
         kept: Option<Vec<bool>>,
     ) -> Result<Stored, InputError> {
-        let mut notices: Vec<String> = self.layout.notice.into_iter().collect();
+        let mut notices = self.notices;
+        notices.extend(self.layout.notice);
         if self.layout.names_ignored {
             notices.extend(self.columns.notice(self.file));
         }
@@ -130,6 +134,7 @@ fn time_by_another_name(header: &Row) -> Option<String> {
     let names: Vec<String> = header.cells().map(str::to_owned).collect();
     match find_time(&names) {
         Some(FoundTime::Column(index, _)) => Some(names[index].clone()),
-        _ => None,
+        Some(FoundTime::Stamp(..)) => None,
+        None => guess("t", &names).map(|index| names[index].clone()),
     }
 }

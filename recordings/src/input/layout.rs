@@ -2,11 +2,11 @@
 
 use csv::StringRecord;
 
-use super::error::{InputError, Place, Suggestion};
+use super::error::{Cell, InputError, Place, Suggestion};
 use super::iso8601::micros_since_1970;
 use super::mapping::{Mapping, is_axis, is_ours};
-use super::names::{Found, FoundTime, Triple, find, find_time, guess, position};
-use super::options::{TableOptions, TimeUnit};
+use super::names::{Found, FoundTime, Triple, find, find_time, guess, position, split_unit};
+use super::options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Units};
 use super::ros2;
 use super::table::{Row, Table};
 
@@ -75,8 +75,30 @@ pub(super) fn is_header(cells: &StringRecord) -> bool {
             .iter()
             .all(|axis| names.iter().any(|n| n == axis))
     };
-    let known = |triple| ours(triple) || find(triple, &names) != Found::Nowhere;
+    let known = |triple| ours(triple) || find_with_units(triple, &names) != Found::Nowhere;
     known(Triple::Acceleration) && known(Triple::Rate)
+}
+
+/// [`find`], also where units stand behind the names.
+fn find_with_units(triple: Triple, names: &[String]) -> Found {
+    match find(triple, names) {
+        Found::Nowhere => {
+            let bare = without_units(names);
+            let ours = triple
+                .ours()
+                .map(|axis| bare.iter().position(|n| n == axis));
+            match ours {
+                [Some(x), Some(y), Some(z)] => Found::At([x, y, z]),
+                _ => find(triple, &bare),
+            }
+        }
+        found => found,
+    }
+}
+
+fn without_units(names: &[String]) -> Vec<String> {
+    let bare = names.iter().map(|name| split_unit(name).0.to_owned());
+    bare.collect()
 }
 
 impl Layout {
@@ -122,12 +144,14 @@ impl Layout {
         let mut naming = Naming {
             names: header.cells().map(str::to_owned).collect(),
             taken: Vec::new(),
+            mapped: 0,
             place: header.place,
             file: file.to_owned(),
             time_unit: None,
         };
         naming.map(&options.mapping)?;
-        naming.recognise()?;
+        naming.mapped = naming.taken.len();
+        naming.recognise(header, options.units)?;
         if let Index::Time(column) = index
             && !naming.has("t")
         {
@@ -160,6 +184,8 @@ struct Naming {
     names: Vec<String>,
     /// Our names for columns that had others, with the index.
     taken: Vec<(&'static str, usize)>,
+    /// How many of them were mapped: their units are the business of who maps them.
+    mapped: usize,
     place: Place,
     file: String,
     time_unit: Option<TimeUnit>,
@@ -198,6 +224,16 @@ impl Naming {
                         columns: shortened(&given),
                     });
                 }
+                [one, other, ..] if given[one] == given[other] => {
+                    return Err(InputError::DuplicateColumn {
+                        cell: Cell {
+                            file: self.file.clone(),
+                            place: self.place,
+                            column: other + 1,
+                            name: given[other].clone(),
+                        },
+                    });
+                }
                 [one, other, ..] => {
                     return Err(InputError::AmbiguousColumn {
                         file: self.file.clone(),
@@ -211,15 +247,16 @@ impl Naming {
         Ok(())
     }
 
-    /// Takes columns with names of others for ours, where ours are missing.
-    fn recognise(&mut self) -> Result<(), InputError> {
+    /// Takes columns with names of others for ours, where ours are missing. Units in their names must
+    /// be those in which they are read.
+    fn recognise(&mut self, header: &Row, units: Units) -> Result<(), InputError> {
         let given = self.names.clone();
         for triple in [Triple::Acceleration, Triple::Rate] {
             let ours = triple.ours();
             if ours.iter().any(|axis| self.has(axis)) {
                 continue;
             }
-            match find(triple, &given) {
+            match find_with_units(triple, &given) {
                 Found::At(indices) => {
                     for (axis, index) in ours.into_iter().zip(indices) {
                         self.take(axis, index);
@@ -236,16 +273,19 @@ impl Naming {
                 Found::Nowhere => {}
             }
         }
+        self.check_units(header, units)?;
         // A table of ours with a column `time` has none: it may be any time.
         let foreign = self.taken.iter().any(|(ours, _)| is_axis(ours));
         let complete = [Triple::Acceleration, Triple::Rate]
             .iter()
             .all(|triple| triple.ours().iter().all(|axis| self.has(axis)));
         if foreign && complete && !self.has("t") {
-            match find_time(&self.names) {
+            let bare = || find_time(&without_units(&self.names));
+            match find_time(&self.names).or_else(bare) {
                 Some(FoundTime::Column(index, unit)) => {
+                    let (_, in_brackets) = split_unit(&self.names[index]);
+                    self.time_unit = unit.or(in_brackets.and_then(TimeUnit::written));
                     self.take("t", index);
-                    self.time_unit = unit;
                 }
                 Some(FoundTime::Stamp(seconds, nanoseconds)) => {
                     self.take("t", seconds);
@@ -256,6 +296,45 @@ impl Naming {
             }
         }
         Ok(())
+    }
+
+    /// Makes sure that no axis that was recognised is in another unit than the one in which it would
+    /// be read, by its name.
+    fn check_units(&self, header: &Row, units: Units) -> Result<(), InputError> {
+        let mut named = units;
+        let mut wrong: Option<(usize, &'static str)> = None;
+        for (ours, index) in &self.taken[self.mapped..] {
+            let (_, Some(unit)) = split_unit(header.text(*index)) else {
+                continue;
+            };
+            let read_in = match Triple::Acceleration.ours().contains(ours) {
+                true => AccelerationUnit::written(unit).map(|unit| {
+                    named.acceleration = unit;
+                    (unit != units.acceleration, units.acceleration.name())
+                }),
+                false => RateUnit::written(unit).map(|unit| {
+                    named.rate = unit;
+                    (unit != units.rate, units.rate.name())
+                }),
+            };
+            if let Some((true, read_in)) = read_in
+                && wrong.is_none()
+            {
+                wrong = Some((*index, read_in));
+            }
+        }
+        let Some((index, read_in)) = wrong else {
+            return Ok(());
+        };
+        let (_, unit) = split_unit(header.text(index));
+        Err(InputError::NamedUnit {
+            file: self.file.clone(),
+            place: self.place,
+            name: header.text(index).to_owned(),
+            unit: unit.unwrap_or_default().to_owned(),
+            read_in,
+            units: format!("{},{}", named.acceleration.name(), named.rate.name()),
+        })
     }
 
     /// The sentence that says which columns were taken.

@@ -3,7 +3,7 @@
 //! | step | file |
 //! |---|---|
 //! | the formats by name, files by their first bytes, and how a file is opened | `format`, `magic`, `open`, this one |
-//! | gzip and zstd, what separates columns, rows of cells with their line numbers | `compressed`, `head`, `table` |
+//! | gzip and zstd, what separates columns, rows of cells with their line numbers | `compressed`, `lines`, `head`, `table` |
 //! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock`, `rate`, `time` |
 //! | `parquet`: the same columns | `parquet` |
 //! | `mcap`, `rosbag2`: bags of ROS 2 | `bag`; [`topics`] |
@@ -36,6 +36,7 @@ mod header;
 mod intake;
 mod iso8601;
 mod layout;
+mod lines;
 mod loaded;
 mod magic;
 pub mod mapping;

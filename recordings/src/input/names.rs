@@ -158,9 +158,10 @@ pub(super) fn find_time(names: &[String]) -> Option<FoundTime> {
 
 /// Where a name stands that is one of these words, or ends in it after a separator.
 pub(super) fn position(wanted: &str, names: &[String]) -> Vec<usize> {
-    let exact = names.iter().position(|name| name == wanted);
-    if let Some(index) = exact {
-        return vec![index];
+    let exact = (0..names.len()).filter(|index| names[*index] == wanted);
+    let exact: Vec<usize> = exact.collect();
+    if !exact.is_empty() {
+        return exact;
     }
     let ending = normal(wanted);
     (0..names.len())
@@ -172,6 +173,21 @@ fn ends_with(name: &str, ending: &str) -> bool {
     let name = normal(name);
     name.strip_suffix(ending)
         .is_some_and(|before| before.is_empty() || before.ends_with('.'))
+}
+
+/// A name without the unit that stands in brackets at its end, and that unit: `acc_x [g]`.
+pub(super) fn split_unit(name: &str) -> (&str, Option<&str>) {
+    let brackets = [('[', ']'), ('(', ')'), ('<', '>')];
+    let split = brackets.into_iter().find_map(|(open, close)| {
+        let (before, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
+        let unit = unit.trim();
+        // An index is no unit.
+        let is_unit = unit.chars().any(|c| c.is_alphabetic() || c == '°');
+        is_unit.then(|| (before.trim_end(), Some(unit)))
+    });
+    split
+        .filter(|(name, _)| !name.is_empty())
+        .unwrap_or((name, None))
 }
 
 /// A name in lower case, its parts separated by dots: `/imu/acc[0]` becomes `imu.acc.0`.
@@ -201,7 +217,7 @@ pub(super) fn guess(ours: &str, names: &[String]) -> Option<usize> {
                 'y' => '1',
                 _ => '2',
             };
-            let without_unit = lower.split(['(', '<']).next().unwrap_or_default();
+            let (without_unit, _) = split_unit(&lower);
             let last = without_unit
                 .trim_end_matches([']', ')', ' '])
                 .chars()
@@ -275,6 +291,22 @@ mod tests {
             assert_eq!(find_time(&names(header)), Some(time), "{header}");
         }
         assert_eq!(find_time(&names("mood,uptime")), None);
+    }
+
+    #[test]
+    fn a_unit_in_brackets_is_no_part_of_a_name() {
+        for (name, split) in [
+            ("acc_x [g]", ("acc_x", Some("g"))),
+            ("ax (m/s^2)", ("ax", Some("m/s^2"))),
+            ("gyr_x<°/s>", ("gyr_x", Some("°/s"))),
+            ("Time [ s ]", ("Time", Some("s"))),
+            ("imu.accelerometer[0]", ("imu.accelerometer[0]", None)),
+            ("[g]", ("[g]", None)),
+            ("acc_x", ("acc_x", None)),
+            ("acc]", ("acc]", None)),
+        ] {
+            assert_eq!(split_unit(name), split, "{name}");
+        }
     }
 
     #[test]

@@ -48,6 +48,46 @@ pub enum RateUnit {
     DegreesPerSecond,
 }
 
+impl AccelerationUnit {
+    /// Its name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::MetresPerSecondSquared => "m/s2",
+            Self::StandardGravity => "g",
+        }
+    }
+
+    /// The unit that is written like this.
+    pub(super) fn written(text: &str) -> Option<Self> {
+        match text {
+            "m/s2" | "m/s^2" | "m/s²" | "m/s/s" | "m/s**2" => Some(Self::MetresPerSecondSquared),
+            "g" | "G" => Some(Self::StandardGravity),
+            _ => None,
+        }
+    }
+}
+
+impl RateUnit {
+    /// Its name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::RadiansPerSecond => "rad/s",
+            Self::DegreesPerSecond => "dps",
+        }
+    }
+
+    /// The unit that is written like this.
+    pub(super) fn written(text: &str) -> Option<Self> {
+        match text {
+            "rad/s" => Some(Self::RadiansPerSecond),
+            "dps" | "deg/s" | "°/s" | "deg/sec" => Some(Self::DegreesPerSecond),
+            _ => None,
+        }
+    }
+}
+
 impl Units {
     /// Six readings in SI units, accelerations first; the same bits where they are so already.
     #[must_use]
@@ -70,22 +110,17 @@ impl Units {
 impl FromStr for Units {
     type Err = String;
 
-    /// Reads one unit or two, separated by a comma, in any order: `m/s2` or `g`, `rad/s` or `dps`.
+    /// Reads one unit or two, separated by a comma, in any order: `m/s2` or `g`, `rad/s` or `dps`, also
+    /// as `m/s^2`, `m/s²`, `deg/s` or `°/s`.
     fn from_str(text: &str) -> Result<Self, String> {
         let (mut acceleration, mut rate) = (None, None);
-        for unit in text.split(',') {
-            let twice = match unit.trim() {
-                "m/s2" => acceleration
-                    .replace(AccelerationUnit::MetresPerSecondSquared)
-                    .is_some(),
-                "g" => acceleration
-                    .replace(AccelerationUnit::StandardGravity)
-                    .is_some(),
-                "rad/s" => rate.replace(RateUnit::RadiansPerSecond).is_some(),
-                "dps" => rate.replace(RateUnit::DegreesPerSecond).is_some(),
-                other => {
+        for unit in text.split(',').map(str::trim) {
+            let twice = match (AccelerationUnit::written(unit), RateUnit::written(unit)) {
+                (Some(unit), _) => acceleration.replace(unit).is_some(),
+                (None, Some(unit)) => rate.replace(unit).is_some(),
+                (None, None) => {
                     return Err(format!(
-                        "{other:?} is no unit: write m/s2 or g, and rad/s or dps, such as g,dps"
+                        "{unit:?} is no unit: write m/s2 or g, and rad/s or dps, such as g,dps"
                     ));
                 }
             };
@@ -133,6 +168,17 @@ impl TimeUnit {
             Self::Milliseconds => "ms",
             Self::Microseconds => "us",
             Self::Nanoseconds => "ns",
+        }
+    }
+
+    /// The unit that is written like this.
+    pub(super) fn written(text: &str) -> Option<Self> {
+        match text {
+            "s" | "sec" => Some(Self::Seconds),
+            "ms" => Some(Self::Milliseconds),
+            "us" | "µs" | "μs" => Some(Self::Microseconds),
+            "ns" => Some(Self::Nanoseconds),
+            _ => None,
         }
     }
 

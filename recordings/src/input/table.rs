@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, Chain, Cursor, Read};
 use std::path::Path;
+use std::rc::Rc;
 
 use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 
@@ -11,12 +12,20 @@ use super::error::{Cell, InputError, Place};
 use super::head::{COMMENT, Head};
 use super::iso8601::micros_since_1970;
 use super::layout;
+use super::lines::{LONGEST_ROW, Progress, Watched};
+
+/// A line with as many separators is a row: six axes need them.
+const SEPARATORS_OF_A_ROW: usize = 5;
 
 /// A file open for reading, row by row.
 pub(super) struct Table {
     file: String,
     recording_name: String,
-    reader: csv::Reader<Chain<Box<dyn Read>, &'static [u8]>>,
+    reader: csv::Reader<Chain<Watched<Box<dyn Read>>, &'static [u8]>>,
+    progress: Rc<Progress>,
+    separator: u8,
+    /// How many lines above the header are neither blank nor comments.
+    preamble: usize,
     /// A row that was looked at and not taken yet.
     peeked: Option<Row>,
     /// The comment above the first row.
@@ -41,8 +50,12 @@ impl Table {
         mut text: Box<dyn Read>,
     ) -> io::Result<Self> {
         let head = Head::of(&mut text)?;
+        let (text, progress) = Watched::new(beginning_with(head.bytes, text));
         Ok(Self {
             recording_name,
+            progress,
+            separator: head.separator,
+            preamble: head.preamble,
             peeked: None,
             comment: head.comment.map(|(line, cells)| Row {
                 file: file.clone(),
@@ -60,7 +73,7 @@ impl Table {
                 // ends right after its line feed: see `line`.
                 .terminator(Terminator::Any(b'\n'))
                 .trim(Trim::All)
-                .from_reader(beginning_with(head.bytes, text).chain(&b"\n"[..])),
+                .from_reader(text.chain(&b"\n"[..])),
         })
     }
 
@@ -105,10 +118,14 @@ impl Table {
         }
         loop {
             let mut cells = StringRecord::new();
+            self.progress.begin_row();
+            // Or blank lines before the row.
+            let begins = self.reader.position().line();
             match self.reader.read_record(&mut cells) {
                 Ok(false) => return Ok(None),
                 Ok(true) if cells.len() == 1 && cells[0].is_empty() => {}
                 Ok(true) => {
+                    self.check_quotes(&cells, begins)?;
                     return Ok(Some(Row {
                         file: self.file.clone(),
                         place: Place::Line(self.line()),
@@ -127,8 +144,55 @@ impl Table {
         self.reader.position().line() - 1
     }
 
+    /// Makes sure that no rows are within the quotes of a cell, and lost with it.
+    fn check_quotes(&self, cells: &StringRecord, line: u64) -> Result<(), InputError> {
+        // All cells of the row at once: line feeds are rare.
+        if !cells.as_slice().contains('\n') {
+            return Ok(());
+        }
+        let is_row = |line: &str| {
+            let separators = line.bytes().filter(|byte| *byte == self.separator);
+            separators.count() >= SEPARATORS_OF_A_ROW
+        };
+        // The rest of the row in which the quote closes is no row of its own.
+        let swallowed = |cell: &str| cell.lines().skip(1).any(is_row);
+        if !cells.iter().any(swallowed) {
+            return Ok(());
+        }
+        Err(InputError::RowsInQuotes {
+            file: self.file.clone(),
+            line,
+            lines: self.line().saturating_sub(line),
+        })
+    }
+
+    /// Whether the row that was just taken is the last, and its line has no end: then the rest of
+    /// it may be missing.
+    pub(super) fn is_cut_off(&mut self) -> bool {
+        matches!(self.peek_row(), Ok(None)) && self.progress.ended_within_a_line()
+    }
+
+    /// The sentence on the lines above the header.
+    pub(super) fn preamble_notice(&self) -> Option<String> {
+        let file = &self.file;
+        match self.preamble {
+            0 => None,
+            1 => Some(format!("{file}: the line above the header is passed over")),
+            lines => Some(format!(
+                "{file}: {lines} lines above the header are passed over"
+            )),
+        }
+    }
+
     fn failure(&self, error: csv::Error) -> InputError {
         let file = self.file.clone();
+        if self.progress.is_too_long() {
+            return InputError::LongRow {
+                file,
+                line: self.reader.position().line(),
+                most_bytes: LONGEST_ROW,
+            };
+        }
         let message = error.to_string();
         match error.into_kind() {
             csv::ErrorKind::Utf8 { err, .. } => InputError::NotUtf8 {
