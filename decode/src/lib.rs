@@ -28,13 +28,13 @@ use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
 
 use recordings::input::compressed::decompressed;
+use recordings::input::{Foreign, no_log};
 use thiserror::Error;
 
 pub use feet::Feet;
 pub use report::{Medium, Report};
 pub use row::Row;
 
-use crate::can_log::foreign::{self, Foreign};
 use crate::can_log::recognise::recognise;
 use lines::Lines;
 
@@ -62,12 +62,12 @@ pub enum DecodeError {
         file: String,
     },
     /// It is something else, known by its first bytes.
-    #[error("{file} is {}, which is not read here; {}", .kind.what, .kind.advice_on(.file))]
+    #[error("{file} is {kind}, which is not read here; {}", .kind.log_advice(.file).unwrap_or_default())]
     Foreign {
         /// The file, as it was named.
         file: String,
         /// What it is, and what to do.
-        kind: &'static Foreign,
+        kind: Foreign,
     },
     /// It is neither of the two: nothing in it can be understood.
     #[error(
@@ -165,7 +165,7 @@ fn stream(
             file: file.to_owned(),
         });
     }
-    if let Some(kind) = foreign::find(&head) {
+    if let Some(kind) = no_log(&head) {
         return Err(DecodeError::Foreign {
             file: file.to_owned(),
             kind,

@@ -222,7 +222,7 @@ fn files_of_others_are_named_with_what_to_do() {
     let bench = Bench::with("x.blf", b"LOGG\x90\0\0\0");
     assert_eq!(
         bench.error("decode x.blf"),
-        "footfall: x.blf is a Vector BLF log, which is not read here; convert it with python-can: \
+        "footfall: x.blf is a BLF log of a CAN bus, which is not read here; convert it with python-can: \
          pip install python-can, then can_logconvert x.blf can.asc\n"
     );
 }

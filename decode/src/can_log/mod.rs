@@ -4,7 +4,6 @@
 //! |---|---|
 //! | a frame and when it was received; a reader for each form of log | this one |
 //! | which form a file has, from its first lines | [`recognise`] |
-//! | files that hold something else, by their first bytes | [`foreign`] |
 //! | can-utils: `candump -l`, and what `candump` prints on a terminal | [`candump`] |
 //! | Vector's ASC | [`asc`] |
 //! | python-can's CSV | [`python_can`] |
@@ -12,7 +11,6 @@
 
 pub mod asc;
 pub mod candump;
-pub mod foreign;
 pub mod python_can;
 pub mod recognise;
 mod text;

@@ -1,165 +1,10 @@
 //! What a file is, by its first bytes.
 
-use std::fmt;
-
+use super::foreign::Foreign;
 use super::format::Format;
 
 /// As many of a file's first bytes as it takes to know it: an archive of tar shows itself last.
 pub(super) const LENGTH: usize = 512;
-
-/// A kind of file that is not read here.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Foreign {
-    /// A bag of ROS 1.
-    Ros1Bag,
-    /// HDF5, also of pandas.
-    Hdf5,
-    /// MATLAB's MAT-file, version 4 excepted, which has no first bytes of its own.
-    Matlab,
-    /// One array of `NumPy`.
-    Numpy,
-    /// Several arrays of `NumPy`.
-    NumpyArchive,
-    /// A sheet of Excel.
-    Excel,
-    /// A ZIP archive.
-    Zip,
-    /// A tar archive.
-    Tar,
-    /// A capture of a network, old or new.
-    Capture,
-    /// ASAM MDF, version 3 or 4.
-    Mdf,
-    /// A log of Vector's tools.
-    Blf,
-    /// Pickled objects of Python.
-    Pickle,
-    /// Arrow's IPC file, which is Feather, too.
-    ArrowIpc,
-    /// A log of PX4.
-    ULog,
-    /// A log of `ArduPilot`.
-    DataFlash,
-    /// `SQLite` without the tables of a rosbag2.
-    Sqlite,
-    /// JSON.
-    Json,
-    /// What `candump -l` writes.
-    CanLog,
-    /// PNG, JPEG or GIF.
-    Picture,
-    /// PDF.
-    Pdf,
-}
-
-impl Foreign {
-    /// All of them.
-    pub const ALL: [Self; 20] = [
-        Self::Ros1Bag,
-        Self::Hdf5,
-        Self::Matlab,
-        Self::Numpy,
-        Self::NumpyArchive,
-        Self::Excel,
-        Self::Zip,
-        Self::Tar,
-        Self::Capture,
-        Self::Mdf,
-        Self::Blf,
-        Self::Pickle,
-        Self::ArrowIpc,
-        Self::ULog,
-        Self::DataFlash,
-        Self::Sqlite,
-        Self::Json,
-        Self::CanLog,
-        Self::Picture,
-        Self::Pdf,
-    ];
-
-    /// What it is called, with its article.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        self.row().0
-    }
-
-    /// What to do with it.
-    #[must_use]
-    pub const fn advice(self) -> &'static str {
-        self.row().1
-    }
-
-    const fn row(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Ros1Bag => (
-                "a ROS 1 bag",
-                "convert it: rosbags-convert --src walk.bag --dst walk",
-            ),
-            Self::Hdf5 => (
-                "an HDF5 file",
-                "write a table of it: pandas.read_hdf(…).to_parquet(\"walk.parquet\"), or h5py",
-            ),
-            Self::Matlab => (
-                "a MATLAB file",
-                "write a table in MATLAB: writetable(walk, \"walk.csv\"), or parquetwrite",
-            ),
-            Self::Numpy => (
-                "a NumPy array",
-                "write a table: numpy.savetxt(\"walk.csv\", walk, delimiter=\",\", \
-                 header=\"t,ax,ay,az,wx,wy,wz\")",
-            ),
-            Self::NumpyArchive => (
-                "an archive of NumPy arrays",
-                "write a table: pandas.DataFrame(dict(numpy.load(…))).to_parquet(\"walk.parquet\")",
-            ),
-            Self::Excel => ("an Excel file", "save the sheet as CSV"),
-            Self::Zip => ("a ZIP archive", "unpack it"),
-            Self::Tar => ("a tar archive", "unpack it"),
-            Self::Capture => (
-                "a capture of network packets",
-                "record the topics instead: ros2 bag record; or the CAN bus: candump -l",
-            ),
-            Self::Mdf => (
-                "an MDF file",
-                "export it: asammdf.MDF(\"walk.mf4\").to_dataframe().to_parquet(\"walk.parquet\")",
-            ),
-            Self::Blf => (
-                "a BLF log of a CAN bus",
-                "convert it with python-can: can_logconvert walk.blf walk.log; then footfall decode",
-            ),
-            Self::Pickle => (
-                "a pickle of Python",
-                "write a table: pandas.read_pickle(…).to_parquet(\"walk.parquet\")",
-            ),
-            Self::ArrowIpc => (
-                "an Arrow IPC or Feather file",
-                "write Parquet: pandas.read_feather(…).to_parquet(\"walk.parquet\")",
-            ),
-            Self::ULog => ("a ULog of PX4", "write tables of it: ulog2csv walk.ulg"),
-            Self::DataFlash => (
-                "a DataFlash log of ArduPilot",
-                "write a table: mavlogdump.py --types IMU --format csv walk.bin",
-            ),
-            Self::Sqlite => (
-                "an SQLite database without the tables of a rosbag2",
-                "write a table: sqlite3 -header -csv walk.db \"SELECT …\"",
-            ),
-            Self::Json => (
-                "a JSON file",
-                "write a table: pandas.read_json(…).to_csv(\"walk.csv\", index=False)",
-            ),
-            Self::CanLog => ("a CAN log", "decode it: footfall decode"),
-            Self::Picture => ("a picture", "the numbers behind it are needed"),
-            Self::Pdf => ("a PDF", "the numbers behind it are needed"),
-        }
-    }
-}
-
-impl fmt::Display for Foreign {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
 
 /// A file that is no table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -210,6 +55,20 @@ const BEGINNINGS: &[(&[u8], Known)] = &[
     (b"\xff\xd8\xff", Known::Foreign(Foreign::Picture)),
     (b"GIF8", Known::Foreign(Foreign::Picture)),
     (b"%PDF-", Known::Foreign(Foreign::Pdf)),
+    (b";$FILEVERSION", Known::Foreign(Foreign::Trc)),
+    (b";##########", Known::Foreign(Foreign::Trc)),
+    (b"7z\xbc\xaf\x27\x1c", Known::Foreign(Foreign::SevenZip)),
+    (b"\xfd7zXZ\0", Known::Foreign(Foreign::Xz)),
+    (b"BZh", Known::Foreign(Foreign::Bzip2)),
+    // Compression is taken off before; what still has it had it twice.
+    (b"\x1f\x8b\x08", Known::Foreign(Foreign::CompressedTwice)),
+    (
+        b"\x28\xb5\x2f\xfd",
+        Known::Foreign(Foreign::CompressedTwice),
+    ),
+    // A byte order mark of either order.
+    (b"\xff\xfe", Known::Foreign(Foreign::Utf16)),
+    (b"\xfe\xff", Known::Foreign(Foreign::Utf16)),
 ];
 
 /// Where an archive of tar has its name.
@@ -228,6 +87,19 @@ pub(super) fn known(first: &[u8]) -> Option<Known> {
         let foreign = zip(first).or_else(|| tar(first)).or_else(|| text(first));
         foreign.map(Known::Foreign)
     })
+}
+
+/// What a file is that should be a log of frames, by its first [`LENGTH`] bytes or more; `None` where it
+/// may be one.
+#[must_use]
+pub fn no_log(first: &[u8]) -> Option<Foreign> {
+    let kind = match known(first)? {
+        Known::Foreign(kind) => kind,
+        Known::Container(Format::Mcap) => Foreign::Mcap,
+        Known::Container(Format::Parquet) => Foreign::Parquet,
+        Known::Container(_) => Foreign::Sqlite,
+    };
+    kind.log_advice("").is_some().then_some(kind)
 }
 
 /// What kind of ZIP archive it is, by the name of its first member.
@@ -316,11 +188,35 @@ mod tests {
                 .iter()
                 .any(|(_, known)| *known == Known::Foreign(foreign));
             let by_other = others.iter().any(|(_, known)| *known == foreign);
-            // What a database is only its tables tell.
-            assert!(
-                by_beginning || by_other || foreign == Foreign::Sqlite,
-                "{foreign}"
-            );
+            // What a database is only its tables tell; some are read as recordings.
+            let is_read = foreign.advice().is_none() || foreign == Foreign::Sqlite;
+            assert!(by_beginning || by_other || is_read, "{foreign}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_log_is_known_by_its_first_bytes_and_not_by_fewer() {
+        let kinds: Vec<_> = BEGINNINGS
+            .iter()
+            .filter_map(|(first, _)| Some((*first, no_log(first)?)))
+            .collect();
+        for (first, kind) in &kinds {
+            assert_eq!(no_log(&[first, &b"more"[..]].concat()), Some(*kind));
+            assert_eq!(no_log(&first[..first.len() - 1]), None, "{kind}");
+        }
+        for kind in [
+            Foreign::Blf,
+            Foreign::Mcap,
+            Foreign::Parquet,
+            Foreign::Sqlite,
+            Foreign::Trc,
+            Foreign::Utf16,
+        ] {
+            assert!(kinds.iter().any(|(_, known)| *known == kind), "{kind}");
+        }
+        // A log, and bytes with which a recording of the serial line may begin.
+        for first in [&b"(1609459200.000114) can0 191#FF"[..], b"", b"\x80\x02"] {
+            assert_eq!(no_log(first), None);
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | the formats by name, files by their first bytes, and how a file is opened | `format`, `magic`, `open`, this one |
+//! | the formats by name, files by their first bytes, and how a file is opened | `format`, `magic`, `foreign`, `open`, this one |
 //! | gzip and zstd, what separates columns, rows of cells with their line numbers | `compressed`, `lines`, `head`, `table` |
 //! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock`, `rate`, `time` |
 //! | `parquet`: the same columns | `parquet` |
@@ -30,6 +30,7 @@ mod correction;
 pub mod csv;
 pub mod error;
 mod extra;
+mod foreign;
 mod format;
 mod head;
 mod header;
@@ -63,9 +64,10 @@ use std::path::Path;
 
 pub use correction::Correction;
 pub use error::{Cell, HeaderSlip, InputError, Place, Suggestion};
+pub use foreign::Foreign;
 pub use format::{Content, Format};
 pub use loaded::{Hints, Loaded, Repairs};
-pub use magic::Foreign;
+pub use magic::no_log;
 pub use mapping::Mapping;
 pub use options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Times, Units};
 pub use rate::rate_of_times;

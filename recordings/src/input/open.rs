@@ -8,6 +8,7 @@ use tempfile::{NamedTempFile, TempPath};
 
 use super::compressed::decompressed;
 use super::error::InputError;
+use super::foreign::Foreign;
 use super::format::Format;
 use super::magic::{self, Known};
 use super::refusal::ContainerError;
@@ -134,7 +135,7 @@ impl Source {
 enum Opened {
     Table(Box<Table>),
     Parts(Format, Vec<Part>),
-    Foreign(magic::Foreign),
+    Foreign(Foreign),
 }
 
 impl Opened {

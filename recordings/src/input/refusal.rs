@@ -4,8 +4,8 @@ use std::fmt;
 
 use thiserror::Error;
 
+use super::foreign::Foreign;
 use super::format::Format;
-use super::magic::Foreign;
 use super::topics::LoadTopic;
 
 /// A topic with samples of an IMU.
@@ -50,7 +50,7 @@ fn listed<T: fmt::Display>(names: &[T]) -> String {
 #[derive(Debug, Error)]
 pub enum ContainerError {
     /// It is of a kind that is not read here.
-    #[error("{file} is {kind}; {}", kind.advice())]
+    #[error("{file} is {kind}; {}", kind.advice().unwrap_or("it is not read here"))]
     Foreign {
         /// The file, as it was named.
         file: String,

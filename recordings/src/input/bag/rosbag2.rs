@@ -11,7 +11,7 @@ use rusqlite::{Connection, ErrorCode, OpenFlags};
 use tempfile::{NamedTempFile, TempPath};
 
 use super::super::error::InputError;
-use super::super::magic::Foreign;
+use super::super::foreign::Foreign;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
 use super::storage::{Channel, End, Interest, Visitor};
