@@ -35,6 +35,24 @@ impl Feet {
         self.names.insert(node.get(), Some(Arc::clone(&name.0)));
     }
 
+    /// Makes sure that no two feet have one name: in a table they would be one.
+    ///
+    /// # Errors
+    /// Two have.
+    pub fn check(&self) -> Result<(), SameName> {
+        let named = |(id, name): (&u8, &Option<Arc<str>>)| Some((*id, name.clone()?));
+        let feet: Vec<(u8, Arc<str>)> = self.names.iter().filter_map(named).collect();
+        for (k, (other, name)) in feet.iter().enumerate() {
+            if let Some((one, _)) = feet[..k].iter().find(|(_, before)| before == name) {
+                return Err(SameName {
+                    name: name.to_string(),
+                    nodes: [*one, *other],
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// Whether a node is a foot.
     #[must_use]
     pub fn contains(&self, node: NodeId) -> bool {
@@ -62,6 +80,21 @@ impl Feet {
         };
         ranges.into_iter().map(text).collect::<Vec<_>>().join(", ")
     }
+}
+
+/// Two feet with one name.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error(
+    "nodes {} and {} would both be called {name}: --names {}=… gives one of them another name",
+    nodes[0],
+    nodes[1],
+    nodes[0]
+)]
+pub struct SameName {
+    /// The name.
+    pub name: String,
+    /// The ids of the nodes.
+    pub nodes: [u8; 2],
 }
 
 /// A name of a foot: it goes into tables.
@@ -97,6 +130,23 @@ mod tests {
 
     fn node(id: u8) -> NodeId {
         NodeId::new(id).unwrap()
+    }
+
+    #[test]
+    fn two_feet_with_one_name_are_refused_and_two_that_swap_theirs_are_not() {
+        let mut feet = Feet::default();
+        feet.call(node(33), &Name::new("FL").unwrap());
+        let said = feet.check().unwrap_err().to_string();
+        assert_eq!(
+            said,
+            "nodes 17 and 33 would both be called FL: --names 17=… gives one of them another name"
+        );
+        let mut feet = Feet::default();
+        feet.call(node(0x11), &Name::new("FR").unwrap());
+        feet.call(node(0x12), &Name::new("FL").unwrap());
+        feet.add(node(40));
+        feet.add(node(41));
+        assert_eq!(feet.check(), Ok(()));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use analysis::calibrate::CalibrationError;
 use analysis::config::{ConfigError, Refusal};
 use analysis::replay::foot::ReplayError;
 use decode::DecodeError;
+use decode::feet::SameName;
 use estimator_core::ParamsError;
 use recordings::input::InputError;
 use thiserror::Error;
@@ -21,6 +22,9 @@ pub enum Error {
     /// What was to be decoded cannot be.
     #[error(transparent)]
     Decode(#[from] DecodeError),
+    /// Two feet would have one name.
+    #[error(transparent)]
+    Names(#[from] SameName),
     /// The recordings with labels cannot be scored.
     #[error(transparent)]
     Scoring(#[from] scoring::Error),
@@ -65,6 +69,16 @@ pub enum Error {
         from: f64,
         /// Its end, s.
         to: f64,
+    },
+    /// The part of the recording that is asked for begins after its end.
+    #[error("{file}: --from {from} is beyond its end: it lasts {duration:.3} s")]
+    BeyondTheEnd {
+        /// The recording, as it was named.
+        file: String,
+        /// The start that was asked for, s since the first sample.
+        from: f64,
+        /// From its first sample to its last, s.
+        duration: f64,
     },
     /// The samples or rows cannot be kept while they are worked on.
     #[error(transparent)]

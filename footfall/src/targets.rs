@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::replay::estimates::Layout;
-use recordings::input::InputError;
+use recordings::input::{InputError, recording_name};
 
 use crate::files::{OutputError, STANDARD, directory_of};
 
@@ -165,6 +165,15 @@ pub fn with_foot(path: &Path, foot: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
+/// A file's name that is none of those that are taken, with a number before the extension where it
+/// would be.
+#[must_use]
+pub fn unlike(path: PathBuf, taken: &[PathBuf]) -> PathBuf {
+    let numbered = (2..).map(|number: u32| with_foot(&path, &number.to_string()));
+    let mut names = std::iter::once(path.clone()).chain(numbered);
+    names.find(|name| !taken.contains(name)).unwrap_or(path)
+}
+
 fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
     let path = target.path();
     // A pipe or a terminal is fine whatever its name.
@@ -188,11 +197,26 @@ fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
 /// One is.
 pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
     for (k, input) in inputs.iter().enumerate() {
-        if inputs[..k].iter().any(|before| same_file(before, input)) {
+        let is_standard = |path: &Path| path == Path::new(STANDARD);
+        let is_same = |before: &PathBuf| {
+            same_file(before, input) || (is_standard(before) && is_standard(input))
+        };
+        if inputs[..k].iter().any(is_same) {
             return Err(InputError::Twice { file: named(input) });
         }
     }
     Ok(())
+}
+
+/// What the recording in a file is called where another of `inputs` would be called the same by its
+/// file's name: by its path.
+#[must_use]
+pub fn name_among(inputs: &[PathBuf], input: &Path) -> Option<String> {
+    let name = recording_name(input);
+    let mut others = inputs.iter().filter(|other| *other != input);
+    others
+        .any(|other| recording_name(other) == name)
+        .then(|| named(input))
 }
 
 /// Whether two names stand for one file, which need not exist yet.

@@ -24,12 +24,51 @@ fn each_recording_and_the_mean_are_scored() {
     let bench = Bench::with("level.csv", leaning("1"));
     let text = bench.stdout("attitude level.csv");
     assert!(text.contains("level   1.146   1.146\n"), "{text}");
-    let markdown = bench.stdout("attitude level.csv level.csv --markdown");
-    assert!(markdown.ends_with("| level | 1.15° | 1.15° |\n| mean | 1.15° | 1.15° |\n"));
+    std::fs::write(bench.path("again.csv"), leaning("1")).expect("a file");
+    let markdown = bench.stdout("attitude level.csv again.csv --markdown");
+    assert!(markdown.ends_with("| again | 1.15° | 1.15° |\n| mean | 1.15° | 1.15° |\n"));
     let json: serde_json::Value =
         serde_json::from_str(&bench.stdout("attitude level.csv --json")).expect("JSON");
     assert_eq!(json["recordings"][0]["scored_samples"], 100);
     assert!((json["mean_rms_deg"].as_f64().expect("a number") - 1.146).abs() < 0.001);
+}
+
+#[test]
+fn a_table_of_others_is_read_with_the_options_of_a_replay() {
+    let ours = leaning("1");
+    let bench = Bench::with("level.csv", &ours);
+    let score = |text: String| text.lines().last().map(str::to_owned);
+    let expected = score(bench.stdout("attitude level.csv"));
+    // In g, in ms, with other names.
+    let theirs = format!(
+        "stamp,a,b,c,d,e,f,{}",
+        ours.split_once("wz,").expect("axes").1
+    )
+    .replace("0,0,9.81,", "0,0,1,")
+    .lines()
+    .enumerate()
+    .map(|(k, line)| match line.split_once(',') {
+        Some((_, rest)) if k > 0 => format!("{},{rest}\n", 10 * (k - 1)),
+        _ => format!("{line}\n"),
+    })
+    .collect::<String>();
+    std::fs::write(bench.path("theirs.csv"), theirs).expect("a file");
+    let map = "--map t=stamp,ax=a,ay=b,az=c,wx=d,wy=e,wz=f --time-unit ms";
+    let read = bench.stdout(&format!("attitude theirs.csv {map} --units g"));
+    assert_eq!(score(read), expected);
+    let said = common::text(&bench.run(&format!("attitude theirs.csv {map}")).stderr);
+    assert!(said.contains("which looks like g: --units g"), "{said}");
+    let said = bench.error(&format!("attitude theirs.csv {map} --strict"));
+    assert!(said.contains("--strict"), "{said}");
+}
+
+#[test]
+fn a_recording_counts_once() {
+    let bench = Bench::with("level.csv", leaning("1"));
+    assert_eq!(
+        bench.error("attitude level.csv ./level.csv"),
+        "footfall: ./level.csv is named twice: what it shows would count twice\n"
+    );
 }
 
 #[test]

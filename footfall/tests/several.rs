@@ -44,6 +44,58 @@ fn the_table_of_several_recordings_has_the_rows_of_each_with_its_name_in_order()
 }
 
 #[test]
+fn recordings_of_one_name_in_two_folders_stay_apart() {
+    let bench = Bench::new();
+    for folder in ["left", "right"] {
+        fs::create_dir(bench.path(folder)).expect("a folder");
+        fs::write(bench.path(folder).join("walk.csv"), standing()).expect("a file");
+    }
+    bench.stdout("replay left/walk.csv right/walk.csv --output all.csv --plot all.svg");
+    let all = read(&bench.path("all.csv"));
+    let rows = |foot: &str| all.lines().filter(|row| row.starts_with(foot)).count();
+    assert_eq!(
+        (rows("left/walk.csv,"), rows("right/walk.csv,")),
+        (1000, 1000)
+    );
+    for picture in ["all-left_walk.csv.svg", "all-right_walk.csv.svg"] {
+        assert!(bench.path(picture).exists(), "{:?}", bench.files());
+    }
+}
+
+#[test]
+fn feet_whose_names_look_alike_in_the_names_of_files_have_pictures_of_their_own() {
+    let bench = Bench::new();
+    for name in ["a+b.csv", "a~b.csv"] {
+        fs::write(bench.path(name), standing()).expect("a file");
+    }
+    bench.stdout("replay a+b.csv a~b.csv --plot all.svg");
+    let files = bench.files();
+    for picture in ["all-a_b.svg", "all-a_b-2.svg"] {
+        assert!(files.iter().any(|file| file == picture), "{files:?}");
+    }
+}
+
+#[test]
+fn standard_input_is_read_once() {
+    let bench = Bench::new();
+    let said = bench.piped("replay - -", "").stderr;
+    assert_eq!(
+        common::text(&said),
+        "footfall: - is named twice: what it shows would count twice\n"
+    );
+}
+
+#[test]
+fn a_part_that_begins_beyond_the_end_is_an_error() {
+    let bench = Bench::with("walk.csv", standing());
+    assert_eq!(
+        bench.error("replay walk.csv --from 2 --output p.csv"),
+        "footfall: walk.csv: --from 2 is beyond its end: it lasts 0.999 s\n"
+    );
+    assert!(!bench.path("p.csv").exists());
+}
+
+#[test]
 fn the_number_of_jobs_changes_nothing() {
     let bench = three();
     let inputs = "one.csv two.csv three.csv";

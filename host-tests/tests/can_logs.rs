@@ -118,7 +118,10 @@ fn every_form_that_python_can_writes_is_decoded_or_named_with_a_way_that_leads_h
     assert_is_the_demo(&contents(folder.path(), "from_trc.asc"), "from_trc.asc", 2);
     for (name, what) in [
         ("python_can.blf", "file is a BLF log of a CAN bus, which"),
-        ("python_can.trc", "file is a PEAK TRC log of a CAN bus, which"),
+        (
+            "python_can.trc",
+            "file is a PEAK TRC log of a CAN bus, which",
+        ),
     ] {
         let said = refusal(&contents(folder.path(), name));
         assert!(said.starts_with(what), "{said}");

@@ -12,7 +12,7 @@ use footfall::plot::page::{self, PageFoot};
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
 use recordings::events::{Event, Events, Kind};
-use recordings::input::{About, Repairs};
+use recordings::input::{About, Repairs, Units};
 use recordings::recording::{Label, Recording};
 use recordings::replay::replay;
 use tempfile::TempDir;
@@ -134,6 +134,7 @@ impl Foot {
             duration_us: (self.recording.duration_s() * 1.0e6) as u64,
             sample_rate: self.recording.sample_rate,
             gravity: self.recording.gravity,
+            units: Units::default(),
             load_title: self.recording.load_title.clone(),
             start_us: 0,
             notices: Vec::new(),

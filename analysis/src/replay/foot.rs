@@ -110,7 +110,7 @@ pub fn replay(
     let name = name(stored);
     let about = stored.about.clone();
     let mut replay = Replay::new(about.sample_rate, about.gravity, params)?;
-    let mut check = Check::new(about.sample_rate, about.gravity);
+    let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
     let mut tally = Tally::new(&name, about.foot.as_deref(), about.sample_rate);
     let part = |table| match table {
         Table::None => None,

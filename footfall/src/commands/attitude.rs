@@ -2,33 +2,34 @@
 
 use std::path::PathBuf;
 
-use analysis::config::{Preset, parse_sample_rate};
+use analysis::config::Preset;
 use clap::Args;
 use recordings::input::Format;
+use recordings::plausible::Finding;
 use recordings::replay::replay_observed;
 use scoring::inclination::InclinationScore;
 
-use super::recording::{Configuration, MountingArguments};
+use super::headings::ESTIMATOR;
+use super::recording::{Configuration, ReadingArguments, check};
 use crate::attitude::AttitudeReport;
 use crate::error::Error;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, print_text, warn};
+use crate::targets;
 
 /// What `footfall attitude` takes.
 #[derive(Debug, Args)]
 pub struct AttitudeArguments {
-    /// Recordings in csv; rows count where qw,qx,qy,qz are filled in and movement, if there, is 1
-    #[arg(required = true, value_name = "INPUT.csv")]
+    /// Recordings in csv or Parquet; rows count where qw,qx,qy,qz are filled in and movement, if there,
+    /// is 1. The orientations are the sensor's
+    #[arg(required = true, value_name = "INPUT.csv|parquet")]
     pub inputs: Vec<PathBuf>,
-    /// A TOML file with parameters that differ from the default
-    #[arg(long, value_name = "FILE.toml")]
-    pub config: Option<PathBuf>,
-    /// Sample rate, where the files do not tell or their nominal rate is wrong
-    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate)]
-    pub sample_rate: Option<f32>,
-    /// How the sensor lies; the orientations in the files are the sensor's.
+    /// How they are read.
     #[command(flatten)]
-    pub mounting: MountingArguments,
+    pub reading: ReadingArguments,
+    /// A TOML file with parameters that differ from the default
+    #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
+    pub config: Option<PathBuf>,
     /// Print a Markdown table
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
@@ -42,16 +43,22 @@ impl AttitudeArguments {
         let configuration = Configuration::read(self.config.as_deref())?;
         let mut params = Preset::Default.params(Format::Csv);
         configuration.overrides.apply(&mut params);
-        let hints = configuration.hints(self.sample_rate, None, self.mounting)?;
+        targets::check_inputs(&self.inputs)?;
+        let hints = self.reading.hints(&configuration)?;
         let scores: Result<Vec<_>, Error> = self
             .inputs
             .iter()
             .map(|input| {
-                let (loaded, truth) = progress::open(input, Some(Format::Csv), &Bars::default())?
+                let (loaded, truth) = progress::open(input, self.reading.format, &Bars::default())?
                     .read_with_orientation(&hints)?;
                 loaded.notices.iter().for_each(warn);
                 let file = input.display().to_string();
-                let origins = configuration.origins(&file, self.sample_rate, None);
+                let findings = check(&loaded.recording, &hints)
+                    .into_iter()
+                    .filter(concerns_attitude)
+                    .collect::<Vec<_>>();
+                self.reading.report(&file, &findings)?;
+                let origins = configuration.origins(&file, self.reading.sample_rate, None);
                 origins.check_effects(&params)?;
                 let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
                 let estimated = replay_observed(&loaded.recording, &params, || bar.inc(1));
@@ -73,4 +80,12 @@ impl AttitudeArguments {
         }
         .map_err(Error::Print)
     }
+}
+
+/// Whether a finding is one about the samples, and not about a foot that walks.
+const fn concerns_attitude(finding: &Finding) -> bool {
+    !matches!(
+        finding,
+        Finding::GravityNotAlongZ { .. } | Finding::Clips { .. } | Finding::LowRate { .. }
+    )
 }

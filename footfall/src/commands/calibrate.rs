@@ -17,7 +17,7 @@ use recordings::input::{Correction, Format, Loaded};
 use recordings::plausible::{self, Finding};
 
 use super::headings::{ESTIMATOR, OUTPUT};
-use super::recording::{Configuration, RecordingArguments, with_mounting};
+use super::recording::{Configuration, RecordingArguments, check};
 use crate::error::Error;
 use crate::files::write_file;
 use crate::messages::detail;
@@ -69,16 +69,16 @@ impl CalibrateArguments {
     }
 
     fn learn(&self, configuration: &Configuration) -> Result<(), Error> {
-        let hints = self.recording.hints(configuration)?;
+        let hints = self.recording.reading.hints(configuration)?;
         let mut inputs = BTreeMap::new();
         let mut rest = RestingUp::default();
         let mut calibration = None;
         for input in &self.inputs {
-            let opened = progress::open(input, self.recording.format, &Bars::default())?;
+            let opened = progress::open(input, self.recording.reading.format, &Bars::default())?;
             let format = opened.format();
             let params = self.recording.params(configuration, format);
             let file = input.display().to_string();
-            let origins = configuration.origins(&file, self.recording.sample_rate, None);
+            let origins = configuration.origins(&file, self.recording.reading.sample_rate, None);
             origins.check_effects(&params)?;
             let calibration = match &mut calibration {
                 Some(calibration) => calibration,
@@ -93,8 +93,8 @@ impl CalibrateArguments {
                 loaded.recording.sample_rate,
                 self.recording.parameters_text(&params, format)
             ));
-            let findings = with_mounting(plausible::check(&loaded.recording), &hints);
-            self.recording.report(&file, &findings)?;
+            let findings = check(&loaded.recording, &hints);
+            self.recording.reading.report(&file, &findings)?;
             let source = Source {
                 file: &file,
                 format,
@@ -133,14 +133,15 @@ impl CalibrateArguments {
     }
 
     fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
-        let mut hints = self.recording.hints(configuration)?;
+        let mut hints = self.recording.reading.hints(configuration)?;
         // What was found before is replaced, not added to.
         hints.correction = Correction::NONE;
         let loaded: Result<Vec<(Format, Loaded)>, Error> = self
             .inputs
             .iter()
             .map(|input| {
-                let opened = progress::open(input, self.recording.format, &Bars::default())?;
+                let opened =
+                    progress::open(input, self.recording.reading.format, &Bars::default())?;
                 Ok((opened.format(), opened.read(&hints)?))
             })
             .collect();
@@ -151,11 +152,11 @@ impl CalibrateArguments {
             .for_each(warn);
         let mut inputs = BTreeMap::new();
         for (input, (format, loaded)) in self.inputs.iter().zip(&loaded) {
-            let mut findings = plausible::check(&loaded.recording);
+            let mut findings = check(&loaded.recording, &hints);
             // The sensor lies on each of its sides.
             findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
             let file = input.display().to_string();
-            self.recording.report(&file, &findings)?;
+            self.recording.reading.report(&file, &findings)?;
             let source = Source {
                 file: &file,
                 format: *format,

@@ -40,6 +40,7 @@ pub struct DecodeArguments {
 impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         let feet = self.feet();
+        feet.check()?;
         let Some(path) = self.output.as_deref() else {
             let outcome = decode::read(&self.input, &feet, &mut |_| Ok(()))?;
             return self.report(&outcome);

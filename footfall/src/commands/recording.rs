@@ -15,7 +15,8 @@ use recordings::input::{
     BagOptions, Correction, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times,
     Topics, Units,
 };
-use recordings::plausible::Finding;
+use recordings::plausible::{self, Finding};
+use recordings::recording::Recording;
 
 use super::headings::{ESTIMATOR, INPUT};
 use crate::error::Error;
@@ -25,16 +26,24 @@ use crate::messages::{error, warn};
 /// configuration file, options.
 #[derive(Debug, Args)]
 pub struct RecordingArguments {
-    /// How the input is laid out; may be left out where a header names the columns (csv) or the first
-    /// bytes show it (parquet, mcap, rosbag2)
-    #[arg(long, value_parser = format_parser(), help_heading = INPUT)]
-    pub format: Option<Format>,
+    /// How they are read.
+    #[command(flatten)]
+    pub reading: ReadingArguments,
     /// Where the parameters start from
-    #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
+    #[arg(long, value_parser = preset_parser(), default_value_t, help_heading = ESTIMATOR)]
     pub preset: Preset,
     /// A TOML file with parameters that differ from the preset
     #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
     pub config: Option<PathBuf>,
+}
+
+/// How recordings are read.
+#[derive(Debug, Args)]
+pub struct ReadingArguments {
+    /// How the input is laid out; may be left out where a header names the columns (csv) or the first
+    /// bytes show it (parquet, mcap, rosbag2)
+    #[arg(long, value_parser = format_parser(), help_heading = INPUT)]
+    pub format: Option<Format>,
     /// Sample rate, where the input does not tell or its nominal rate is wrong
     #[arg(long, value_name = "HZ", value_parser = parse_sample_rate, help_heading = INPUT)]
     pub sample_rate: Option<f32>,
@@ -177,7 +186,13 @@ pub(super) fn with_mounting(findings: Vec<Finding>, hints: &Hints) -> Vec<Findin
         .collect()
 }
 
-impl RecordingArguments {
+/// What is not plausible about a recording that was read with `hints`.
+pub(super) fn check(recording: &Recording, hints: &Hints) -> Vec<Finding> {
+    let findings = plausible::check_read_in(recording, hints.table.units);
+    with_mounting(findings, hints)
+}
+
+impl ReadingArguments {
     /// Reports what is not plausible about a recording.
     ///
     /// # Errors
@@ -201,6 +216,18 @@ impl RecordingArguments {
         Ok(())
     }
 
+    /// What is known about the files beyond their format.
+    pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
+        let hints = configuration.hints(self.sample_rate, self.gravity, self.mounting)?;
+        Ok(Hints {
+            table: self.table.options(),
+            bag: self.bag.options(),
+            ..hints
+        })
+    }
+}
+
+impl RecordingArguments {
     /// The preset for recordings of a format, with what the configuration sets.
     pub(super) fn params(&self, configuration: &Configuration, format: Format) -> Params {
         let mut params = self.preset.params(format);
@@ -215,16 +242,6 @@ impl RecordingArguments {
             "" => format!("all parameters are those of the preset {preset}"),
             differences => format!("preset {preset}, but {differences}"),
         }
-    }
-
-    /// What is known about the files beyond their format.
-    pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
-        let hints = configuration.hints(self.sample_rate, self.gravity, self.mounting)?;
-        Ok(Hints {
-            table: self.table.options(),
-            bag: self.bag.options(),
-            ..hints
-        })
     }
 }
 

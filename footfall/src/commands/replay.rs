@@ -113,7 +113,7 @@ impl ReplayArguments {
             details.iter().for_each(detail);
             notices.iter().for_each(warn);
             for Foot { foot, .. } in &replayed {
-                self.recording.report(&file, &foot.findings)?;
+                self.recording.reading.report(&file, &foot.findings)?;
             }
             feet.extend(replayed);
         }
@@ -150,16 +150,30 @@ impl ReplayArguments {
         bars: &Bars,
     ) -> Result<Done, Error> {
         let started = Instant::now();
-        let opened = progress::open(input, self.recording.format, bars)?;
+        let opened = progress::open(input, self.recording.reading.format, bars)?;
         let format = opened.format();
         let mut params = self.recording.params(configuration, format);
         if let Some(window) = self.window {
             params.window = window;
         }
         let file = input.display().to_string();
-        let origins = configuration.origins(&file, self.recording.sample_rate, self.window);
-        let hints = self.recording.hints(configuration)?;
-        let stored = opened.store_all(&hints)?;
+        let origins = configuration.origins(&file, self.recording.reading.sample_rate, self.window);
+        let hints = self.recording.reading.hints(configuration)?;
+        let mut stored = opened.store_all(&hints)?;
+        let mut longest_s = 0.0_f64;
+        for about in stored.iter_mut().map(|stored| &mut stored.about) {
+            longest_s = longest_s.max(about.duration_s());
+            if let Some(name) = targets::name_among(&self.inputs, input) {
+                about.name = name;
+            }
+        }
+        if let Some(from) = self.from.filter(|from| *from > longest_s) {
+            return Err(Error::BeyondTheEnd {
+                file,
+                from,
+                duration: longest_s,
+            });
+        }
         let read = Instant::now();
         origins.check_effects(&params)?;
         let preset = self.recording.preset;
@@ -308,6 +322,8 @@ fn write_pictures(path: &Path, feet: &mut [Foot]) -> Result<Vec<PathBuf>, Error>
                 } else {
                     targets::with_foot(path, &foot.summary.recording)
                 };
+                // Names of feet may differ in what no file's name has.
+                let path = targets::unlike(path, &written);
                 write_file(&path, |to| {
                     let svg = figure.svg()?;
                     match Drawing::of(&path) {

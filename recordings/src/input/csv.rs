@@ -435,6 +435,44 @@ mod tests {
     }
 
     #[test]
+    fn times_that_only_look_as_if_they_counted_from_1970_are_an_error() {
+        for (start, step, meant) in [
+            // Twenty minutes, and twenty days, since the start of a computer.
+            (
+                1_200_000_000_000_u64,
+                1_000_000,
+                Err("ms since 1970, but looks like ns: --time-unit ns"),
+            ),
+            (
+                1_700_000_000_000_000,
+                1_000_000,
+                Err("us since 1970, but looks like ns: --time-unit ns"),
+            ),
+            (
+                1_700_000_000_000,
+                1_000,
+                Err("ms since 1970, but looks like us: --time-unit us"),
+            ),
+            (1_700_000_000_000, 1, Ok(1000.0)),
+            (1_700_000_000_000_000_000, 1_000_000, Ok(1000.0)),
+        ] {
+            let mut text = "t,ax,ay,az,wx,wy,wz\n".to_owned();
+            for k in 0..5 {
+                text += &format!("{},1,2,3,4,5,6\n", start + k * step);
+            }
+            let read = read_text(text, &Hints::default());
+            match (read, meant) {
+                (Ok(read), Ok(rate)) => assert_eq!(read.recording.sample_rate, rate),
+                (Err(error), Err(end)) => {
+                    let said = error.to_string();
+                    assert!(said.ends_with(end), "{said}");
+                }
+                (other, _) => panic!("{start}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
     fn a_mapping_to_a_name_that_stands_twice_is_an_error() {
         let mut hints = Hints::default();
         hints.table.mapping = "force=q".parse().unwrap();

@@ -8,55 +8,10 @@ use super::format::Format;
 use super::iso8601::micros_since_1970;
 use super::mapping::Mapping;
 use super::options::TimeUnit;
+pub use super::place::{Cell, Place};
 use super::refusal::ContainerError;
 use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
 use crate::number::{shown, shown_rate};
-
-/// Where in a file a row is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// On this line of a text, from 1.
-    Line(u64),
-    /// This is its number among the rows, from 1, where there are no lines.
-    Row(u64),
-    /// It is not a row but what names the columns, where there are no lines.
-    Names,
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Line(line) => write!(f, ", line {line}"),
-            Self::Row(row) => write!(f, ", row {row}"),
-            Self::Names => Ok(()),
-        }
-    }
-}
-
-/// A place in a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Cell {
-    /// The file, as it was named.
-    pub file: String,
-    /// Its row.
-    pub place: Place,
-    /// Column, from 1.
-    pub column: usize,
-    /// The column's name.
-    pub name: String,
-}
-
-impl fmt::Display for Cell {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            file,
-            place,
-            column,
-            name,
-        } = self;
-        write!(f, "{file}{place}, column {column} ({name})")
-    }
-}
 
 /// How the names in a header may be meant, although none is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -452,6 +407,21 @@ pub enum InputError {
         file: String,
         /// A column that may hold the times.
         time_column: Option<String>,
+    },
+    /// Times that were taken for those since 1970 make no rate that a sensor has.
+    #[error(
+        "{file}: column t was taken for {} since 1970, but looks like {}: --time-unit {}",
+        read_in.name(),
+        meant.name(),
+        meant.name()
+    )]
+    GuessedUnit {
+        /// The file, as it was named.
+        file: String,
+        /// The unit in which the times were read.
+        read_in: TimeUnit,
+        /// The one in which they make sense.
+        meant: TimeUnit,
     },
     /// The times contradict the sample rate that was given.
     #[error(

@@ -1,5 +1,6 @@
 //! Columns of a `csv` that are no part of a recording.
 
+use super::cells::Cells;
 use super::error::InputError;
 use super::table::Row;
 
@@ -11,8 +12,11 @@ pub(super) trait ExtraColumns {
     /// Takes in the header.
     fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError>;
 
+    /// The columns that it reads, by their index.
+    fn used(&self) -> Vec<usize>;
+
     /// Takes in a row.
-    fn row(&mut self, row: &Row) -> Result<(), InputError>;
+    fn row(&mut self, row: &impl Cells) -> Result<(), InputError>;
 
     /// Leaves out the rows for which `kept` has a false.
     fn retain(&mut self, kept: &[bool]);
@@ -28,7 +32,11 @@ impl ExtraColumns for () {
         Ok(())
     }
 
-    fn row(&mut self, _: &Row) -> Result<(), InputError> {
+    fn used(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
+    fn row(&mut self, _: &impl Cells) -> Result<(), InputError> {
         Ok(())
     }
 

@@ -109,9 +109,16 @@ impl<'a> Intake<'a> {
             load_title: LOAD_TITLE.to_owned(),
             notices,
         };
-        self.rows
+        let stored = self
+            .rows
             .finish(source, self.hints, kept)
-            .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))
+            .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))?;
+        let told = self.hints.table.time_unit.or(self.layout.time_unit);
+        match (self.time, told) {
+            (Some(time), None) => check_guess(self.file, time.unit, stored.about.sample_rate)?,
+            _ => {}
+        }
+        Ok(stored)
     }
 }
 
@@ -127,6 +134,31 @@ fn time_unit(layout: &Layout, hints: &Hints, first: &impl Cells, index: usize) -
         .time_unit
         .or(layout.time_unit)
         .unwrap_or_else(by_size)
+}
+
+/// Rates that sensors have, Hz.
+const PLAUSIBLE_RATES: std::ops::RangeInclusive<f64> = 10.0..=1.0e5;
+
+/// Makes sure that times that were taken for those since 1970 by their size make a plausible rate, where
+/// they do in a smaller unit: a clock that counts from the start of a computer may show as much.
+fn check_guess(file: &str, unit: TimeUnit, rate: f32) -> Result<(), InputError> {
+    let is_plausible = |other: &TimeUnit| {
+        let faster = other.per_second() / unit.per_second();
+        PLAUSIBLE_RATES.contains(&(f64::from(rate) * faster))
+    };
+    if unit == TimeUnit::Seconds || is_plausible(&unit) {
+        return Ok(());
+    }
+    let mut smaller = TimeUnit::ALL.into_iter();
+    let meant = smaller.find(|other| other.per_second() > unit.per_second() && is_plausible(other));
+    match meant {
+        Some(meant) => Err(InputError::GuessedUnit {
+            file: file.to_owned(),
+            read_in: unit,
+            meant,
+        }),
+        None => Ok(()),
+    }
 }
 
 /// The column of a table of ours that may be meant by `t`.

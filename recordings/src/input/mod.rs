@@ -12,7 +12,7 @@
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`pce`] |
 //! | rows in order, whatever they are read from, and where they go | `rows`, `stored` |
 //! | the sensor's static calibration, and its mounting | `correction` |
-//! | what comes out, and what can be wrong | `loaded`, [`error`], [`refusal`] |
+//! | what comes out, and what can be wrong | `loaded`, [`error`], `place`, [`refusal`] |
 //!
 //! Parquet and bags are read with the feature `containers` only, and from a disk: what comes through a
 //! pipe or is compressed is copied first. All others are tables of numbers separated by commas, semicolons or tabs, plain or compressed
@@ -47,6 +47,7 @@ pub mod options;
 #[cfg(feature = "containers")]
 mod parquet;
 pub mod pce;
+mod place;
 mod rate;
 pub mod refusal;
 mod ros2;
@@ -73,6 +74,7 @@ pub use options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Times, Uni
 pub use rate::rate_of_times;
 pub use refusal::ContainerError;
 pub use stored::{About, Stored};
+pub use table::recording_name;
 pub use topics::{BagOptions, LoadTopic, Topics};
 
 use crate::mounting;
@@ -207,28 +209,31 @@ impl Opened {
         })
     }
 
-    /// Reads a `csv` that has the columns `qw`, `qx`, `qy` and `qz`, too: a unit quaternion per
+    /// Reads a `csv` or Parquet that has the columns `qw`, `qx`, `qy` and `qz`, too: a unit quaternion per
     /// row, Hamilton, sensor → world, z up, blank where it is not known. Gives it for each sample, from
     /// the frame of the foot, as the samples are; `None`, too, where a column `movement` says that the
     /// row does not count. Whatever the format of a table is said to be, it is read as a `csv`.
     ///
     /// # Errors
-    /// The first thing that is wrong with it, with file, line and column; no row counts; or it is no
-    /// table.
+    /// The first thing that is wrong with it, with file, line and column; no row counts; or it is a bag,
+    /// whose orientations are those of an estimator.
     pub fn read_with_orientation(
         self,
         hints: &Hints,
     ) -> Result<(Loaded, Vec<Option<Rotation>>), InputError> {
         let file = self.file().to_owned();
-        let table = match self.source {
-            Source::Table(table) => table,
+        let mut orientations = Orientations::default();
+        let stored = match self.source {
+            Source::Table(table) => csv::read(*table, hints, &mut orientations)?,
+            #[cfg(feature = "containers")]
+            Source::Container(container) if self.format == Format::Parquet => {
+                parquet::read(&container, hints, &mut orientations)?
+            }
             Source::Container(_) => {
-                let (given, found) = (Format::Csv, Some(self.format));
-                return Err(ContainerError::OtherFormat { file, given, found }.into());
+                let format = self.format;
+                return Err(ContainerError::NoTruth { file, format }.into());
             }
         };
-        let mut orientations = Orientations::default();
-        let stored = csv::read(*table, hints, &mut orientations)?;
         if orientations.rows.iter().all(Option::is_none) {
             return Err(InputError::NoOrientation { file });
         }
@@ -260,7 +265,7 @@ fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, Inp
 fn read_container(container: Container, hints: &Hints) -> Result<Vec<Stored>, InputError> {
     match container.format.content() {
         Content::Messages => bag::read(container, hints),
-        Content::Columns | Content::Fixed => Ok(vec![parquet::read(&container, hints)?]),
+        Content::Columns | Content::Fixed => Ok(vec![parquet::read(&container, hints, &mut ())?]),
     }
 }
 

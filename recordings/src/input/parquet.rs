@@ -25,8 +25,9 @@ use parquet::errors::ParquetError;
 
 use super::cells::Cells;
 use super::error::{Cell, InputError, Place};
+use super::extra::ExtraColumns;
 use super::header::Columns;
-use super::intake::Intake;
+use super::intake::{Intake, Taken};
 use super::iso8601::micros_since_1970;
 use super::layout::{Index, Layout};
 use super::loaded::Hints;
@@ -47,7 +48,11 @@ const PANDAS_INDEX: &str = "__index_level_";
 ///
 /// # Errors
 /// The first thing that is wrong with it, with its row and column.
-pub(super) fn read(container: &Container, hints: &Hints) -> Result<Stored, InputError> {
+pub(super) fn read(
+    container: &Container,
+    hints: &Hints,
+    extra: &mut impl ExtraColumns,
+) -> Result<Stored, InputError> {
     let file = container.file.as_str();
     let [part] = &container.parts[..] else {
         return Err(InputError::Empty {
@@ -66,8 +71,10 @@ pub(super) fn read(container: &Container, hints: &Hints) -> Result<Stored, Input
     let names: Vec<String> = leaves.iter().map(|leaf| leaf.name.clone()).collect();
     let header = Row::of_names(file, &names);
     let layout = Layout::named(&header, file, &hints.table, index(&leaves))?;
-    let columns = Columns::checked(&layout.header, file)?;
-    let used = columns.used();
+    let mut columns = Columns::checked(&layout.header, file)?;
+    extra.header(&layout.header, file)?;
+    columns.ignored.retain(|name| !extra.reads(name));
+    let used: Vec<usize> = columns.used().into_iter().chain(extra.used()).collect();
     for index in &used {
         leaves[*index].check(file)?;
     }
@@ -94,16 +101,23 @@ pub(super) fn read(container: &Container, hints: &Hints) -> Result<Stored, Input
         for row in 0..batch.num_rows() {
             let number = rows_before + row as u64 + 1;
             let columns = &columns;
-            intake.take(&BatchRow {
+            let row = BatchRow {
                 file,
                 columns,
                 row,
                 number,
-            })?;
+            };
+            match intake.take(&row)? {
+                Taken::Sample => extra.row(&row)?,
+                Taken::Nothing => {}
+            }
         }
         rows_before += batch.num_rows() as u64;
     }
     let kept = intake.kept();
+    if let Some(kept) = &kept {
+        extra.retain(kept);
+    }
     intake.finish(container.name.clone(), kept)
 }
 

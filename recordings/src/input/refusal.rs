@@ -78,6 +78,16 @@ pub enum ContainerError {
         /// What it is, where that is known.
         found: Option<Format>,
     },
+    /// True orientations are in tables only.
+    #[error(
+        "{file} is {format}, whose orientations are what an estimator made of the samples: the truth is in columns qw,qx,qy,qz of csv or parquet"
+    )]
+    NoTruth {
+        /// The file, as it was named.
+        file: String,
+        /// What it is.
+        format: Format,
+    },
     /// There are no recordings in a folder.
     #[error("{file} is a folder without files of a rosbag2: .mcap or .db3")]
     Folder {

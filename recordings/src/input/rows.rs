@@ -172,6 +172,7 @@ impl Rows {
             duration_us,
             sample_rate: rate,
             gravity: hints.gravity.unwrap_or(source.gravity),
+            units: hints.table.units,
             load_title: source.load_title,
             start_us: clock.map_or(0, |clock| clock.start_us),
             notices,

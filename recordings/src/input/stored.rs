@@ -5,6 +5,7 @@ use std::io;
 use estimator_core::{Gravity, Timestamp};
 
 use super::loaded::{Loaded, Repairs, steady_time};
+use super::options::Units;
 use crate::recording::{RecordedSample, Recording};
 use crate::spool::{Samples, Spool};
 
@@ -23,6 +24,8 @@ pub struct About {
     pub sample_rate: f32,
     /// Whether the accelerations contain gravity.
     pub gravity: Gravity,
+    /// The units in which the file was read, where they are not those of its format.
+    pub units: Units,
     /// Name and unit of the load signal, such as `vertical force (N)`.
     pub load_title: String,
     /// What the file's clock says at the first sample, µs; 0 where the file has no clock. It may
@@ -84,6 +87,7 @@ impl Stored {
             duration_us: last.map_or(0, |sample| sample.imu.timestamp.as_micros()),
             sample_rate: recording.sample_rate,
             gravity: recording.gravity,
+            units: Units::default(),
             name: recording.name,
             load_title: recording.load_title,
             start_us: loaded.start_us,

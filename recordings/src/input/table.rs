@@ -216,7 +216,8 @@ pub(super) fn beginning_with(bytes: Vec<u8>, rest: Box<dyn Read>) -> Box<dyn Rea
 
 /// Where a recording comes from, as its title: the file's name without its extension, nor the one
 /// of its compression.
-pub(super) fn recording_name(path: &Path) -> String {
+#[must_use]
+pub fn recording_name(path: &Path) -> String {
     let compressed = path.extension().is_some_and(|extension| {
         ["gz", "zst", "zstd"]
             .iter()

@@ -75,7 +75,11 @@ impl ExtraColumns for Orientations {
         }
     }
 
-    fn row(&mut self, row: &Row) -> Result<(), InputError> {
+    fn used(&self) -> Vec<usize> {
+        self.quaternion.into_iter().chain(self.movement).collect()
+    }
+
+    fn row(&mut self, row: &impl Cells) -> Result<(), InputError> {
         let counts = match self.movement {
             None => true,
             Some(index) => match row.number(index, MOVEMENT)? {
@@ -103,12 +107,8 @@ impl ExtraColumns for Orientations {
 }
 
 impl Orientations {
-    fn orientation(&self, row: &Row) -> Result<Option<Rotation>, InputError> {
-        if self
-            .quaternion
-            .iter()
-            .all(|index| row.text(*index).is_empty())
-        {
+    fn orientation(&self, row: &impl Cells) -> Result<Option<Rotation>, InputError> {
+        if self.quaternion.iter().all(|index| row.is_blank(*index)) {
             return Ok(None);
         }
         let mut numbers = [0.0; 4];
@@ -134,10 +134,10 @@ impl Orientations {
     }
 }
 
-fn wrong(row: &Row, index: usize, name: &str, expected: &'static str) -> InputError {
+fn wrong(row: &impl Cells, index: usize, name: &str, expected: &'static str) -> InputError {
     InputError::Truth {
         cell: row.cell(index, name),
-        text: row.text(index).to_owned(),
+        text: row.shown(index).into_owned(),
         expected,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use estimator_core::{Gravity, ImuSample, Load, Probabilities, Timestamp};
-use recordings::input::Repairs;
+use recordings::input::{Repairs, Units};
 
 /// A foot of this many samples at 1 kHz, whose clock starts at `start_us`.
 fn foot(name: &str, start_us: i64, samples: u64) -> PageFoot {
@@ -13,6 +13,7 @@ fn foot(name: &str, start_us: i64, samples: u64) -> PageFoot {
         duration_us: (samples - 1) * 1000,
         sample_rate: 1000.0,
         gravity: Gravity::Included,
+        units: Units::default(),
         load_title: format!("force of {name} (N)"),
         start_us,
         notices: Vec::new(),
