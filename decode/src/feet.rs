@@ -30,25 +30,29 @@ impl Feet {
         self.names.entry(node.get()).or_default();
     }
 
-    /// Gives a node a name, which makes it a foot.
-    pub fn call(&mut self, node: NodeId, name: &Name) {
-        self.names.insert(node.get(), Some(Arc::clone(&name.0)));
-    }
-
-    /// Makes sure that no two feet have one name: in a table they would be one.
+    /// Gives nodes names, which makes them feet. Another node that has one of the names from the start
+    /// loses it: in a table the two would be one foot.
     ///
     /// # Errors
-    /// Two have.
-    pub fn check(&self) -> Result<(), SameName> {
-        let named = |(id, name): (&u8, &Option<Arc<str>>)| Some((*id, name.clone()?));
-        let feet: Vec<(u8, Arc<str>)> = self.names.iter().filter_map(named).collect();
-        for (k, (other, name)) in feet.iter().enumerate() {
-            if let Some((one, _)) = feet[..k].iter().find(|(_, before)| before == name) {
-                return Err(SameName {
-                    name: name.to_string(),
-                    nodes: [*one, *other],
-                });
+    /// A node gets two names, or two nodes get one.
+    pub fn call(&mut self, names: &[(NodeId, Name)]) -> Result<(), NamedTwice> {
+        for (k, (node, name)) in names.iter().enumerate() {
+            let before = &names[..k];
+            if before.iter().any(|(other, _)| other == node) {
+                return Err(NamedTwice::Node(node.get()));
             }
+            if before.iter().any(|(_, other)| other == name) {
+                return Err(NamedTwice::Name(name.0.to_string()));
+            }
+        }
+        for known in self.names.values_mut() {
+            let is_given = |known: &str| names.iter().any(|(_, name)| *name.0 == *known);
+            if known.as_deref().is_some_and(is_given) {
+                *known = None;
+            }
+        }
+        for (node, name) in names {
+            self.names.insert(node.get(), Some(Arc::clone(&name.0)));
         }
         Ok(())
     }
@@ -82,19 +86,15 @@ impl Feet {
     }
 }
 
-/// Two feet with one name.
+/// Names that contradict each other.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error(
-    "nodes {} and {} would both be called {name}: --names {}=… gives one of them another name",
-    nodes[0],
-    nodes[1],
-    nodes[0]
-)]
-pub struct SameName {
-    /// The name.
-    pub name: String,
-    /// The ids of the nodes.
-    pub nodes: [u8; 2],
+pub enum NamedTwice {
+    /// A node gets two.
+    #[error("--names gives node {0} two names")]
+    Node(u8),
+    /// Two nodes get one.
+    #[error("--names gives two nodes the name {0}")]
+    Name(String),
 }
 
 /// A name of a foot: it goes into tables.
@@ -132,21 +132,27 @@ mod tests {
         NodeId::new(id).unwrap()
     }
 
+    fn name(text: &str) -> Name {
+        Name::new(text).unwrap()
+    }
+
     #[test]
-    fn two_feet_with_one_name_are_refused_and_two_that_swap_theirs_are_not() {
+    fn no_two_feet_have_one_name() {
         let mut feet = Feet::default();
-        feet.call(node(33), &Name::new("FL").unwrap());
-        let said = feet.check().unwrap_err().to_string();
-        assert_eq!(
-            said,
-            "nodes 17 and 33 would both be called FL: --names 17=… gives one of them another name"
-        );
+        let twice = [(node(33), name("A")), (node(34), name("A"))];
+        assert_eq!(feet.call(&twice), Err(NamedTwice::Name("A".to_owned())));
+        let twice = [(node(33), name("A")), (node(33), name("B"))];
+        assert_eq!(feet.call(&twice), Err(NamedTwice::Node(33)));
+        assert_eq!(feet, Feet::default());
+        // Who is named takes the name from who has it from the start.
+        feet.call(&[(node(33), name("FL"))]).unwrap();
+        assert_eq!(feet.name(node(33)).as_deref(), Some("FL"));
+        assert!(feet.contains(node(0x11)) && feet.name(node(0x11)).is_none());
         let mut feet = Feet::default();
-        feet.call(node(0x11), &Name::new("FR").unwrap());
-        feet.call(node(0x12), &Name::new("FL").unwrap());
-        feet.add(node(40));
-        feet.add(node(41));
-        assert_eq!(feet.check(), Ok(()));
+        feet.call(&[(node(0x11), name("FR")), (node(0x12), name("FL"))])
+            .unwrap();
+        assert_eq!(feet.name(node(0x11)).as_deref(), Some("FR"));
+        assert_eq!(feet.name(node(0x12)).as_deref(), Some("FL"));
     }
 
     #[test]
@@ -158,7 +164,7 @@ mod tests {
         assert!(!feet.contains(node(33)));
         feet.add(node(33));
         assert!(feet.contains(node(33)) && feet.name(node(33)).is_none());
-        feet.call(node(33), &Name::new("toe_1").unwrap());
+        feet.call(&[(node(33), name("toe_1"))]).unwrap();
         feet.add(node(33));
         assert_eq!(feet.name(node(33)).as_deref(), Some("toe_1"));
         assert_eq!(feet.ids(), "17 to 22, 33");

@@ -6,7 +6,7 @@ use analysis::calibrate::CalibrationError;
 use analysis::config::{ConfigError, Refusal};
 use analysis::replay::foot::ReplayError;
 use decode::DecodeError;
-use decode::feet::SameName;
+use decode::feet::NamedTwice;
 use estimator_core::ParamsError;
 use recordings::input::InputError;
 use thiserror::Error;
@@ -22,9 +22,9 @@ pub enum Error {
     /// What was to be decoded cannot be.
     #[error(transparent)]
     Decode(#[from] DecodeError),
-    /// Two feet would have one name.
+    /// Names of feet contradict each other.
     #[error(transparent)]
-    Names(#[from] SameName),
+    Names(#[from] NamedTwice),
     /// The recordings with labels cannot be scored.
     #[error(transparent)]
     Scoring(#[from] scoring::Error),

@@ -126,7 +126,7 @@ fn every_object_is_as_its_schema_says() {
         "stand.csv walk.csv g.csv",
         "walk.csv --config learnt.toml",
         "walk.csv --config robot.toml --from 3 --to 4",
-        "walk.csv --from 100",
+        "walk.csv --from 0.0001 --to 0.0002",
         "stand.csv --preset paper --gravity included --window 20ms",
         "go1.csv --format pce-go1 --preset paper",
         "nan.csv",
@@ -143,7 +143,7 @@ fn every_object_is_as_its_schema_says() {
     );
     objects.add(
         Kind::Attitude,
-        &bench.stdout("attitude level.csv level.csv --json"),
+        &bench.stdout("attitude level.csv --json"),
     );
     bench.stdout("demo --out demo");
     for log in ["can.log", "uart.bin"] {

@@ -496,7 +496,8 @@ fn a_foot_that_starts_again_needs_another_sync() {
 fn feet_have_names_by_their_ids() {
     let log = [contact_of(0x12, 1, 0, 0), contact_of(33, 2, 0, 0)].concat();
     let mut feet = Feet::default();
-    feet.call(NODE_33, &crate::feet::Name::new("toe").unwrap());
+    feet.call(&[(NODE_33, crate::feet::Name::new("toe").unwrap())])
+        .unwrap();
     let decoded = crate::decode(log.as_bytes(), "can.log", &feet).unwrap();
     let names = decoded.rows.iter().map(|row| row.foot.as_deref());
     assert!(names.eq([Some("FR"), Some("toe")]));

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use decode::feet::Name;
+use decode::feet::{Name, NamedTwice};
 use decode::row::{write_header, write_row};
 use decode::{self, DecodeError, Feet, Outcome};
 use wire::NodeId;
@@ -39,8 +39,7 @@ pub struct DecodeArguments {
 
 impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let feet = self.feet();
-        feet.check()?;
+        let feet = self.feet()?;
         let Some(path) = self.output.as_deref() else {
             let outcome = decode::read(&self.input, &feet, &mut |_| Ok(()))?;
             return self.report(&outcome);
@@ -77,13 +76,11 @@ impl DecodeArguments {
         }
     }
 
-    fn feet(&self) -> Feet {
+    fn feet(&self) -> Result<Feet, NamedTwice> {
         let mut feet = Feet::default();
         self.nodes.iter().for_each(|node| feet.add(*node));
-        for (node, name) in &self.names {
-            feet.call(*node, name);
-        }
-        feet
+        feet.call(&self.names)?;
+        Ok(feet)
     }
 
     fn rows_to(&self, feet: &Feet, to: &mut dyn Write) -> Result<Outcome, DecodeError> {

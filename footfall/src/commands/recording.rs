@@ -30,7 +30,7 @@ pub struct RecordingArguments {
     #[command(flatten)]
     pub reading: ReadingArguments,
     /// Where the parameters start from
-    #[arg(long, value_parser = preset_parser(), default_value_t, help_heading = ESTIMATOR)]
+    #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
     pub preset: Preset,
     /// A TOML file with parameters that differ from the preset
     #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]

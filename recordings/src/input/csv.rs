@@ -473,6 +473,18 @@ mod tests {
     }
 
     #[test]
+    fn a_time_beyond_its_unit_is_answered_with_the_option() {
+        let text = WHOLE.replace("0.01,1", "10000029000,1");
+        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        assert!(
+            said.ends_with(
+                "10000029000 is no time in s: -4e9 to 4e9 is expected; --time-unit says the unit: s, ms, us or ns"
+            ),
+            "{said}"
+        );
+    }
+
+    #[test]
     fn a_mapping_to_a_name_that_stands_twice_is_an_error() {
         let mut hints = Hints::default();
         hints.table.mapping = "force=q".parse().unwrap();

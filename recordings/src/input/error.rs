@@ -95,6 +95,17 @@ fn comma_hint(text: &str) -> &'static str {
     }
 }
 
+/// The end of an error about a time that would be one in a smaller unit.
+fn unit_hint(text: &str, unit: TimeUnit) -> &'static str {
+    let most = MAX_TIME_S * TimeUnit::Nanoseconds.per_second();
+    let is_time = text.parse::<f64>().is_ok_and(|time| time.abs() <= most);
+    if is_time && unit != TimeUnit::Nanoseconds {
+        "; --time-unit says the unit: s, ms, us or ns"
+    } else {
+        ""
+    }
+}
+
 /// Why a file is no recording. Lines and columns count from 1.
 #[derive(Debug, Error)]
 pub enum InputError {
@@ -333,10 +344,11 @@ pub enum InputError {
     },
     /// A time is not finite, or too far from zero.
     #[error(
-        "{cell}: {0} is no time in {1}: -{2:e} to {2:e} is expected; --time-unit says the unit: s, ms, us or ns",
+        "{cell}: {0} is no time in {1}: -{2:e} to {2:e} is expected{3}",
         excerpt(text),
         unit.name(),
-        MAX_TIME_S * unit.per_second()
+        MAX_TIME_S * unit.per_second(),
+        unit_hint(text, *unit)
     )]
     Time {
         /// The cell.
