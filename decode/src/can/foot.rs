@@ -28,6 +28,8 @@ pub(super) struct LoggedFoot {
     suspect: Option<Mark>,
     /// The newest sequence number.
     sequence: u8,
+    /// From the contact before to the newest, µs; 0 where that is not known.
+    usual_us: i64,
 }
 
 impl LoggedFoot {
@@ -42,6 +44,7 @@ impl LoggedFoot {
             before: None,
             suspect: None,
             sequence: contact.sequence.wrapping_sub(1),
+            usual_us: 0,
         }
     }
 
@@ -76,6 +79,9 @@ impl LoggedFoot {
             report.count_problem("times_against_the_log");
             (self.mark, elapsed) = (before, Elapsed::Agreed(nearer));
         }
+        if missing == 0 {
+            elapsed = self.mark.elapsed_to_next(elapsed, short, self.usual_us);
+        }
         let mark = match (elapsed, after_suspect) {
             (Elapsed::Agreed(0), _) if missing == u8::MAX => {
                 report.duplicates += 1;
@@ -106,6 +112,9 @@ impl LoggedFoot {
                 }
                 if self.row != row {
                     report.count_step(self.mark.micros, mark.micros);
+                }
+                if let Elapsed::Agreed(step) = elapsed {
+                    self.usual_us = step;
                 }
                 self.before = (self.row != row && after_suspect.is_none()).then_some(self.mark);
                 self.mark = mark;

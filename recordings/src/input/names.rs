@@ -25,7 +25,7 @@ const ACCELERATION: [&str; 6] = [
 ];
 
 /// The names of angular rates without the axis, best first.
-const RATE: [&str; 7] = [
+const RATE: [&str; 8] = [
     "angular.velocity",
     "angularvelocity",
     "gyroscope",
@@ -33,6 +33,8 @@ const RATE: [&str; 7] = [
     "gyr",
     "ang.vel",
     "omega",
+    // `gx` beside `ax`, as sketches for an MPU-6050 print them.
+    "g",
 ];
 
 /// The names of times, best first, with their unit where it is part of the name.
@@ -254,6 +256,16 @@ mod tests {
             find(Triple::Rate, &names("gyro_z,gyro_y,gyro_x")),
             Found::At([2, 1, 0])
         );
+    }
+
+    #[test]
+    fn short_names_of_rates_are_known_and_come_last() {
+        let alone = names("ax,ay,az,gx,gy,gz");
+        assert_eq!(find(Triple::Rate, &alone), Found::At([3, 4, 5]));
+        // Else they may be gravity.
+        let beside = names("gyro_x,gyro_y,gyro_z,gx,gy,gz");
+        assert_eq!(find(Triple::Rate, &beside), Found::At([0, 1, 2]));
+        assert_eq!(find(Triple::Acceleration, &alone), Found::Nowhere);
     }
 
     #[test]
