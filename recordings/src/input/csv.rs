@@ -46,7 +46,18 @@ pub(super) fn read(
     columns.ignored.retain(|name| !extra.reads(name));
     let mut intake = Intake::new(&file, hints, layout, columns);
     intake.notices.extend(table.preamble_notice());
-    while let Some(row) = table.next_row()? {
+    loop {
+        let row = match table.next_row() {
+            Ok(Some(row)) => row,
+            Ok(None) => break,
+            Err(error) if error.ended_early() => {
+                intake.notices.push(format!(
+                    "{file}: the compressed data ends early; what comes before is read"
+                ));
+                break;
+            }
+            Err(error) => return Err(error),
+        };
         let taken = row
             .expect_columns(intake.width())
             .and_then(|()| intake.take(&row));
@@ -276,6 +287,31 @@ mod tests {
             let error = read_text(text, &Hints::default());
             assert!(matches!(error, Err(InputError::ColumnCount { .. })));
         }
+    }
+
+    #[test]
+    fn what_there_is_of_compressed_data_that_ends_early_is_read_and_said() {
+        let rows: String = (0..2000)
+            .map(|k| format!("{k}e-2,1,{k},3,4,5,6\n"))
+            .collect();
+        let text = format!("t,ax,ay,az,wx,wy,wz\n{rows}");
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        encoder.write_all(text.as_bytes()).unwrap();
+        let bytes = encoder.finish().unwrap();
+        let cut = loaded(&bytes[..bytes.len() - 500]);
+        let (samples, whole) = (cut.recording.samples, loaded(&bytes).recording.samples);
+        assert!((1000..2000).contains(&samples.len()), "{}", samples.len());
+        assert_eq!(samples[..], whole[..samples.len()]);
+        assert!(
+            cut.notices[0].ends_with(": the compressed data ends early; what comes before is read"),
+            "{:?}",
+            cut.notices
+        );
+        // What is damaged is no recording.
+        let mut damaged = bytes;
+        let end = damaged.len() - 6;
+        damaged[end] ^= 1;
+        assert!(read_text(&damaged, &Hints::default()).is_err());
     }
 
     #[test]

@@ -455,6 +455,11 @@ pub enum InputError {
 }
 
 impl InputError {
+    /// Whether what is compressed ends before its end.
+    pub(super) fn ended_early(&self) -> bool {
+        matches!(self, Self::Unreadable { source, .. } if source.kind() == io::ErrorKind::UnexpectedEof)
+    }
+
     /// Whether it may come from a row whose end is missing, which has as many cells.
     pub(super) fn may_be_a_cut(&self, cells: usize) -> bool {
         match self {
