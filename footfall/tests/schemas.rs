@@ -141,10 +141,7 @@ fn every_object_is_as_its_schema_says() {
         Kind::CalibrateRests,
         &bench.stdout("calibrate --rests rests.csv --json"),
     );
-    objects.add(
-        Kind::Attitude,
-        &bench.stdout("attitude level.csv --json"),
-    );
+    objects.add(Kind::Attitude, &bench.stdout("attitude level.csv --json"));
     bench.stdout("demo --out demo");
     for log in ["can.log", "uart.bin"] {
         objects.add(

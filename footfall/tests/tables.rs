@@ -236,10 +236,10 @@ fn gzip_and_zstd_are_known_by_their_first_bytes_whatever_the_name() {
     let summary = Bench::with("walk.csv.gz", gzip).stdout("replay walk.csv.gz");
     assert!(summary.starts_with("walk: 400 samples"), "{summary}");
     let cut = Bench::with("walk.csv.gz", &gzip[..2000]).run("replay walk.csv.gz");
-    let summary = common::text(&cut.stdout);
+    let summary = text(&cut.stdout);
     assert!(summary.starts_with("walk: 134 samples"), "{summary}");
     assert_eq!(
-        common::text(&cut.stderr),
+        text(&cut.stderr),
         "footfall: walk.csv.gz: the compressed data ends early; what comes before is read\n"
     );
 }

@@ -533,6 +533,27 @@ mod tests {
     }
 
     #[test]
+    fn a_line_of_units_and_a_header_in_the_middle_are_named() {
+        for (line, end) in [
+            (
+                "s,m/s^2,m/s^2,m/s^2,rad/s,rad/s,rad/s",
+                ": take out the line of units, and name them with --units and --time-unit",
+            ),
+            (
+                "t,ax,ay,az,wx,wy,wz",
+                ": the header stands here again, as where two tables were put into one file",
+            ),
+        ] {
+            let text = WHOLE.replace("0.01,1,2,3,4,5,6", line);
+            let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+            assert!(
+                said.contains(", line 3, column 1 (t): ") && said.ends_with(end),
+                "{said}"
+            );
+        }
+    }
+
+    #[test]
     fn what_stands_in_a_cell_does_not_flood_the_terminal() {
         let text = WHOLE.replace("0.01,1", &format!("0.01,{}", "\0".repeat(5000)));
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();

@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use super::format::Format;
 use super::iso8601::micros_since_1970;
-use super::mapping::Mapping;
-use super::options::TimeUnit;
+use super::mapping::{Mapping, is_ours};
+use super::options::{TimeUnit, Units};
 pub use super::place::{Cell, Place};
 use super::refusal::ContainerError;
 use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
@@ -85,11 +85,15 @@ fn excerpt(text: &str) -> String {
     first
 }
 
-/// The end of an error about a number with a comma in it.
-fn comma_hint(text: &str) -> &'static str {
-    let is_number = text.matches(',').count() == 1 && text.replace(',', ".").parse::<f64>().is_ok();
-    if is_number {
+/// The end of an error about a cell that should hold a number, where it tells what it is.
+fn cell_hint(text: &str) -> &'static str {
+    let has_comma = text.matches(',').count() == 1;
+    if has_comma && text.replace(',', ".").parse::<f64>().is_ok() {
         ": a point comes before the fraction, not a comma (pandas.read_csv(…, sep=\";\", decimal=\",\") reads such tables)"
+    } else if Units::are_named(text) || TimeUnit::written(text).is_some() {
+        ": take out the line of units, and name them with --units and --time-unit"
+    } else if is_ours(text) {
+        ": the header stands here again, as where two tables were put into one file"
     } else {
         ""
     }
@@ -179,11 +183,11 @@ pub enum InputError {
         /// The column's name.
         name: String,
         /// The unit in its name.
-        unit: String,
+        unit: &'static str,
         /// The unit in which it would be read.
         read_in: &'static str,
-        /// What to give for all columns to be read as their names tell.
-        units: String,
+        /// The units in which all columns would be read as their names tell.
+        units: Units,
     },
     /// A line is not text.
     #[error("{file}, line {line}, column {column}: not UTF-8 text")]
@@ -291,7 +295,7 @@ pub enum InputError {
         cell: Cell,
     },
     /// A cell holds something else than a number.
-    #[error("{cell}: {:?} is not a number{}", excerpt(text), comma_hint(text))]
+    #[error("{cell}: {:?} is not a number{}", excerpt(text), cell_hint(text))]
     NotANumber {
         /// The cell.
         cell: Cell,

@@ -161,9 +161,8 @@ impl Line<'_> {
     /// Whether the first line of a table may look like this: a header, even one that is not
     /// understood, or numbers. What stands above a table has fewer columns.
     fn may_begin_a_table(&self) -> bool {
-        cells(self.bytes).is_none_or(|cells| {
-            cells.len() >= COLUMNS_OF_A_TABLE || cells.iter().any(|cell| is_ours(cell))
-        })
+        cells(self.bytes)
+            .is_none_or(|cells| cells.len() >= COLUMNS_OF_A_TABLE || cells.iter().any(is_ours))
     }
 }
 

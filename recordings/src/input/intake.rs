@@ -114,9 +114,8 @@ impl<'a> Intake<'a> {
             .finish(source, self.hints, kept)
             .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))?;
         let told = self.hints.table.time_unit.or(self.layout.time_unit);
-        match (self.time, told) {
-            (Some(time), None) => check_guess(self.file, time.unit, stored.about.sample_rate)?,
-            _ => {}
+        if let (Some(time), None) = (self.time, told) {
+            check_guess(self.file, time.unit, stored.about.sample_rate)?;
         }
         Ok(stored)
     }

@@ -302,39 +302,36 @@ impl Naming {
     /// be read, by its name.
     fn check_units(&self, header: &Row, units: Units) -> Result<(), InputError> {
         let mut named = units;
-        let mut wrong: Option<(usize, &'static str)> = None;
+        let mut wrong = None;
         for (ours, index) in &self.taken[self.mapped..] {
-            let (_, Some(unit)) = split_unit(header.text(*index)) else {
+            let (_, Some(written)) = split_unit(header.text(*index)) else {
                 continue;
             };
-            let read_in = match Triple::Acceleration.ours().contains(ours) {
-                true => AccelerationUnit::written(unit).map(|unit| {
-                    named.acceleration = unit;
-                    (unit != units.acceleration, units.acceleration.name())
-                }),
-                false => RateUnit::written(unit).map(|unit| {
-                    named.rate = unit;
-                    (unit != units.rate, units.rate.name())
-                }),
+            let (unit, read_in) = if Triple::Acceleration.ours().contains(ours) {
+                let unit = AccelerationUnit::written(written);
+                named.acceleration = unit.unwrap_or(named.acceleration);
+                let unit = unit.map(AccelerationUnit::name);
+                (unit, units.acceleration.name())
+            } else {
+                let unit = RateUnit::written(written);
+                named.rate = unit.unwrap_or(named.rate);
+                (unit.map(RateUnit::name), units.rate.name())
             };
-            if let Some((true, read_in)) = read_in
-                && wrong.is_none()
-            {
-                wrong = Some((*index, read_in));
+            if let Some(unit) = unit.filter(|unit| *unit != read_in) {
+                wrong = wrong.or(Some((*index, unit, read_in)));
             }
         }
-        let Some((index, read_in)) = wrong else {
-            return Ok(());
-        };
-        let (_, unit) = split_unit(header.text(index));
-        Err(InputError::NamedUnit {
-            file: self.file.clone(),
-            place: self.place,
-            name: header.text(index).to_owned(),
-            unit: unit.unwrap_or_default().to_owned(),
-            read_in,
-            units: format!("{},{}", named.acceleration.name(), named.rate.name()),
-        })
+        match wrong {
+            None => Ok(()),
+            Some((index, unit, read_in)) => Err(InputError::NamedUnit {
+                file: self.file.clone(),
+                place: self.place,
+                name: header.text(index).to_owned(),
+                unit,
+                read_in,
+                units: named,
+            }),
+        }
     }
 
     /// The sentence that says which columns were taken.

@@ -1,5 +1,6 @@
 //! How a `csv` of somebody else's is to be understood: names, units, times.
 
+use std::fmt;
 use std::str::FromStr;
 
 use estimator_core::params::STANDARD_GRAVITY;
@@ -89,6 +90,11 @@ impl RateUnit {
 }
 
 impl Units {
+    /// Whether this is the name of a unit.
+    pub(super) fn are_named(text: &str) -> bool {
+        AccelerationUnit::written(text).is_some() || RateUnit::written(text).is_some()
+    }
+
     /// Six readings in SI units, accelerations first; the same bits where they are so already.
     #[must_use]
     pub fn to_si(self, readings: [f64; 6]) -> [f64; 6] {
@@ -104,6 +110,13 @@ impl Units {
             RateUnit::DegreesPerSecond => [wx, wy, wz].map(f64::to_radians),
         };
         [ax, ay, az, wx, wy, wz]
+    }
+}
+
+impl fmt::Display for Units {
+    /// As [`FromStr`] reads them.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{}", self.acceleration.name(), self.rate.name())
     }
 }
 
@@ -242,6 +255,11 @@ mod tests {
         assert_eq!("g,dps".parse(), Ok(g_dps));
         assert_eq!("dps, g".parse(), Ok(g_dps));
         assert_eq!("m/s2,rad/s".parse(), Ok(Units::default()));
+        assert_eq!(
+            "m/s^2,°/s".parse::<Units>().map(|units| units.to_string()),
+            Ok("m/s2,dps".to_owned())
+        );
+        assert_eq!(g_dps.to_string(), "g,dps");
         let g = Units {
             acceleration: AccelerationUnit::StandardGravity,
             ..Units::default()

@@ -17,11 +17,14 @@ use super::lines::{LONGEST_ROW, Progress, Watched};
 /// A line with as many separators is a row: six axes need them.
 const SEPARATORS_OF_A_ROW: usize = 5;
 
+/// A text that ends with a line feed.
+type Text = Chain<Watched<Box<dyn Read>>, &'static [u8]>;
+
 /// A file open for reading, row by row.
 pub(super) struct Table {
     file: String,
     recording_name: String,
-    reader: csv::Reader<Chain<Watched<Box<dyn Read>>, &'static [u8]>>,
+    reader: csv::Reader<Text>,
     progress: Rc<Progress>,
     separator: u8,
     /// How many lines above the header are neither blank nor comments.
