@@ -331,10 +331,10 @@ mod tests {
             }
             read_text(text, &Hints::default())
         };
-        for (first, last, lines) in [("\"start", "end\"", 4), ("\"start", "", 6)] {
+        for (first, last, closes) in [("\"start", "end\"", 8), ("\"start", "", 10)] {
             match rows(first, last) {
-                Err(InputError::RowsInQuotes { line, lines: n, .. }) => {
-                    assert_eq!((line, n), (4, lines));
+                Err(InputError::RowsInQuotes { line, until, .. }) => {
+                    assert_eq!((line, until), (4, closes));
                 }
                 other => panic!("{other:?}"),
             }

@@ -149,15 +149,15 @@ pub enum InputError {
     },
     /// A cell in quotes holds rows.
     #[error(
-        "{file}, line {line}: a quote opens here and does not close for {lines} lines, so that the rows in them would be lost: remove it"
+        "{file}, line {line}: a quote opens here and is open until line {until}, so that the rows between would be lost: remove it"
     )]
     RowsInQuotes {
         /// The file, as it was named.
         file: String,
         /// Where the quote opens.
         line: u64,
-        /// How many lines follow until it closes.
-        lines: u64,
+        /// Where it closes, or the end of the file.
+        until: u64,
     },
     /// A row does not end.
     #[error(

@@ -165,7 +165,7 @@ impl Table {
         Err(InputError::RowsInQuotes {
             file: self.file.clone(),
             line,
-            lines: self.line().saturating_sub(line),
+            until: self.line(),
         })
     }
 

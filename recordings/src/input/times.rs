@@ -52,14 +52,23 @@ pub(super) fn mean_rate(times_us: &[i64]) -> Option<f64> {
         .for_each(|step| seen.add(step));
     let usual = median(&seen.sorted()).unwrap_or(0);
     let jump = JUMP_US.max(usual.saturating_mul(UNUSUAL));
-    let steps = || steps().filter(|step| step.unsigned_abs() <= jump);
-    let span: i64 = steps().sum();
-    let periods = steps().count() as f64;
-    if periods == 0.0 || span <= 0 {
+    let (mut span, mut periods, mut longest) = (0_i64, 0_u64, 0);
+    let mut is_after_jump = false;
+    for step in steps() {
+        let size = step.unsigned_abs();
+        // Rows that come at once after a jump had waited: it is as long as they took.
+        is_after_jump = size > jump || (is_after_jump && size < usual / 4);
+        if !is_after_jump {
+            span += step;
+            periods += 1;
+            longest = longest.max(step);
+        }
+    }
+    if periods == 0 || span <= 0 {
         return None;
     }
+    let (periods, batch) = (periods as f64, longest as f64);
     let span = span as f64;
-    let batch = steps().max()? as f64;
     // What is left of gaps is no batch: it must not make every rate possible.
     let batch = batch.min(span / 20.0);
     let rate = |span: f64| 1.0e6 * periods / span;
@@ -135,6 +144,20 @@ mod tests {
         // Two seconds of rows at once are no jump.
         let batches: Vec<i64> = (0..200_000).map(|row| row / 2000 * 2_000_000).collect();
         assert_eq!(mean_rate(&batches), Some(1000.0));
+        // Three seconds of rows that came late, all at once.
+        let late: Vec<i64> = steady(0..14_000, 0)
+            .map(|time| match time {
+                5_000_000..8_000_000 => 8_000_000,
+                _ => time,
+            })
+            .collect();
+        assert_eq!(mean_rate(&late), Some(1000.0));
+        // Batches with a gap.
+        let gap = |row: i64| row / 10 * 10_000 + if row < 5000 { 0 } else { 9_000_000 };
+        assert_eq!(
+            mean_rate(&(0..14_000).map(gap).collect::<Vec<_>>()),
+            Some(1000.0)
+        );
         // One row far ahead, and back.
         let mut far: Vec<i64> = steady(0..5000, 0).collect();
         far[3000] = 1_000_000_000_000;
