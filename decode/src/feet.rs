@@ -90,10 +90,10 @@ impl Feet {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NamedTwice {
     /// A node gets two.
-    #[error("--names gives node {0} two names")]
+    #[error("node {0} gets two names")]
     Node(u8),
     /// Two nodes get one.
-    #[error("--names gives two nodes the name {0}")]
+    #[error("two nodes get the name {0}")]
     Name(String),
 }
 

@@ -179,11 +179,14 @@ pub(crate) fn decode_file<'py>(
     for id in nodes {
         feet.add(node(id)?);
     }
+    let mut named = Vec::new();
     for (id, name) in names {
         let name = Name::new(&name)
             .map_err(|error| PyValueError::new_err(format!("{name:?} of node {id}: {error}")))?;
-        feet.call(node(id)?, &name);
+        named.push((node(id)?, name));
     }
+    feet.call(&named)
+        .map_err(|error| PyValueError::new_err(error.to_string()))?;
     let mut columns = Columns::default();
     let flags = flag_names();
     let decoded = py.detach(|| {
