@@ -180,7 +180,8 @@ mod tests {
             assert_eq!(ports.push_can(lane, &frame(id)), 0);
             ports.push_can(lane, &frame(id));
         }
-        assert_eq!(ports.withdraw_can(), 4);
+        ports.push_can(Lane::Stream, &frame(1));
+        assert_eq!(ports.withdraw_can(), 5);
         let left = core::iter::from_fn(|| ports.try_next_can());
         assert!(left.map(|frame| frame.id()).eq([4, 4, 2, 2]));
         assert!(ports.can_is_empty());

@@ -308,6 +308,22 @@ mod tests {
     }
 
     #[test]
+    fn a_latch_looks_at_its_faults_only_while_one_has_time_left() {
+        let mut latch = FaultLatch::default();
+        let timed = |latch: &mut FaultLatch| {
+            latch.tick(|_| {});
+            latch.timed
+        };
+        latch.hold_for(Fault::LateTick, 2);
+        latch.hold_for(Fault::LateTick, 2);
+        latch.hold_for(Fault::CanOverrun, 3);
+        latch.hold_for(Fault::CanBusOff, 9);
+        latch.keep(Fault::CanBusOff);
+        latch.keep(Fault::CanBusOff);
+        assert_eq!([(); 4].map(|()| timed(&mut latch)), [2, 1, 0, 0]);
+    }
+
+    #[test]
     fn a_crash_record_survives_and_no_damaged_one_is_believed() {
         for reason in [CrashReason::Panic, CrashReason::HardFault] {
             let record = CrashRecord {

@@ -299,11 +299,21 @@ impl Bench {
 
     /// The same with a reading of the load input.
     pub fn still_with(&mut self, reading: Option<u16>) {
-        self.still_ticks += 1;
+        self.still_tick(0, reading);
+    }
+
+    /// The same after ticks that were missed.
+    pub fn still_after(&mut self, missed: u32) {
+        self.still_tick(missed, None);
+    }
+
+    fn still_tick(&mut self, missed: u32, reading: Option<u16>) {
+        self.still_ticks += 1 + u64::from(missed);
         let time = Timestamp::from_micros(self.still_ticks * 1000);
         let tick = Tick {
             time,
             edge: Some(time),
+            missed,
             ..Tick::default()
         };
         // Codes of 1 g upwards, and a little of everything else.

@@ -366,6 +366,26 @@ fn a_bus_that_is_lost_again_and_again_is_reported_once_and_never_forgotten_meanw
 }
 
 #[test]
+fn only_the_end_of_bus_off_begins_the_second_for_which_it_is_still_a_fault() {
+    let mut bench = bench();
+    let mut take = |state: BusState, ticks: u32| {
+        assert!(bench.ports.try_put(Input::Bus(state)));
+        (0..ticks).for_each(|_| bench.still());
+        (bench.foot.faults(), bench.emergencies().len())
+    };
+    let off = Faults::NONE.with(Fault::CanBusOff);
+    let (active, passive) = (BusState::Active, BusState::Passive(0, 130));
+    // Its report waits for a bus, however often the state is told.
+    assert_eq!(take(BusState::Off, 1), (off, 0));
+    assert_eq!(take(BusState::Off, 1), (off, 0));
+    assert_eq!(take(active, 1), (off, 1));
+    // What the bus does afterwards does not prolong it.
+    assert_eq!(take(passive, 500).0, off.with(Fault::CanErrorPassive));
+    assert_eq!(take(active, 498).0, off);
+    assert_eq!(take(active, 1).0, Faults::NONE);
+}
+
+#[test]
 fn a_store_is_answered_when_it_is_done_and_a_failed_one_is_a_fault() {
     let signature = Value::U32(SIGNATURE_STORE);
     for (result, by_uart, by_sdo) in [

@@ -3,7 +3,7 @@
 use crate::bench::{Bench, MS, ORDINARY, Run, SECOND, Sent, part, run, standing};
 use estimator_core::Decision;
 use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart, Stimulus};
-use wire::{Emergency, Fault, Settings, Stage};
+use wire::{Counter, Emergency, Fault, Faults, Settings, Stage};
 
 /// Within which every fault of the sensor is flagged and P is 0, ns.
 const LIMIT: u64 = 5 * MS;
@@ -367,6 +367,23 @@ fn a_rate_at_rest_that_is_no_bias_is_reported_in_thousandths_of_a_degree_per_sec
     assert_eq!(raised.code, Fault::GyroBias.code());
     assert!(raised.detail.abs_diff(28_648) < 100, "{raised:?}");
     assert_eq!((cleared.code, cleared.detail), (0, 0));
+}
+
+#[test]
+fn missed_ticks_are_counted_and_a_fault_for_a_second_after_the_last_of_them() {
+    let mut bench = Bench::new(Settings::default()).running();
+    let late = Faults::NONE.with(Fault::LateTick);
+    for (missed, counted, reported) in [(3, 3, Some(3000)), (2, 5, None)] {
+        bench.still_after(missed);
+        assert_eq!(bench.foot.counters().get(Counter::LateTicks), counted);
+        let emergencies = bench.emergencies();
+        let details = emergencies.iter().map(|emergency| emergency.detail);
+        assert!(details.eq(reported), "{emergencies:?}");
+        (0..998).for_each(|_| bench.still());
+        assert_eq!(bench.foot.faults(), late);
+    }
+    bench.still();
+    assert_eq!(bench.foot.faults(), Faults::NONE);
 }
 
 #[test]

@@ -164,3 +164,23 @@ fn a_value_that_does_not_fit_its_type_is_left_out() {
     assert_eq!(settings.foot().code(), 3);
     assert_eq!(origin, Origin::Corrupted);
 }
+
+#[test]
+fn an_entry_that_is_cut_short_is_left_out_and_reported() {
+    let autostart = entry(Address::new(index::AUTOSTART, 0), 0);
+    let foot = entry(Address::new(index::FOOT, 0), 3);
+    let whole: Vec<u8> = [1].into_iter().chain(foot).chain(autostart).collect();
+    for missing in 0..7 {
+        // The byte that is missing is 0, as are those that fill up the last word.
+        let record = &whole[..whole.len() - missing];
+        let (settings, origin) = load(stored_by_another(Flash::blank(), record));
+        assert_eq!(settings.foot().code(), 3);
+        assert_eq!(settings.autostart(), missing > 0, "{missing} missing");
+        let expected = if missing == 0 {
+            Origin::Stored
+        } else {
+            Origin::Corrupted
+        };
+        assert_eq!(origin, expected, "{missing} missing");
+    }
+}
