@@ -93,6 +93,8 @@ impl Target {
         for (turn, &Judges(package, tests)) in self.judges.iter().enumerate() {
             let output = root().join("target").join("mutants").join(self.package);
             let output = output.join(package);
+            fs::create_dir_all(&output)
+                .with_context(|| format!("{} cannot be made", output.display()))?;
             let chosen = if turn == 0 {
                 sample.to_vec()
             } else if left.is_empty() {
