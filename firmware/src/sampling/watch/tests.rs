@@ -172,18 +172,3 @@ fn a_restart_forgets_everything_but_the_turn_of_the_read_back() {
     assert_eq!((watch.turn, watch.without_edge, watch.bad_ticks), (7, 0, 0));
     assert_eq!(watch.badness, 0);
 }
-
-#[test]
-fn a_restart_forgets_everything_but_whose_turn_it_is_to_be_read_back() {
-    let mut watch = Watch {
-        turn: 17,
-        bad_ticks: 3,
-        without_edge: 2,
-        last_good: Some(Timestamp::from_micros(1)),
-        ..Watch::default()
-    };
-    watch.restart();
-    assert_eq!(watch.turn, 17);
-    assert_eq!((watch.bad_ticks, watch.without_edge), (0, 0));
-    assert_eq!(watch.last_good, None);
-}
