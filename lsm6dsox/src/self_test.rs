@@ -89,6 +89,12 @@ mod tests {
     }
 
     #[test]
+    fn a_change_is_how_far_apart_the_means_of_an_axis_are() {
+        let changed = changes([1.0, 2.0, -3.0], [5.0, -6.0, -4.0]);
+        assert_eq!(changed, [4.0, 8.0, 1.0]);
+    }
+
+    #[test]
     fn what_is_not_a_number_fails() {
         let result = SelfTest {
             specific_force: [f32::NAN; 3],

@@ -592,6 +592,17 @@ fn a_reset_empties_the_fifo_and_stops_the_timestamp() {
     }
 }
 
+#[test]
+fn a_reset_shows_in_its_register_until_it_is_over_and_the_others_answer_meanwhile() {
+    let part = part(QUIET);
+    part.advance_by(10 * MILLISECOND);
+    let read = || [register::CTRL3_C, register::WHO_AM_I].map(|r| register(&part, r));
+    write(&part, register::CTRL3_C, 0x05);
+    assert_eq!(read(), [0x05, 0x6C]);
+    part.advance_by(MILLISECOND);
+    assert_eq!(read(), [0x04, 0x6C]);
+}
+
 /// A part that the driver has brought up, with some bits of a register set afterwards.
 fn with_bits(register: Register, bits: u8) -> (SharedPart, Lsm6dsox<SimSpi>) {
     let part = part(QUIET);

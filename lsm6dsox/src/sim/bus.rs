@@ -349,3 +349,23 @@ impl Part {
         self.settings_changed();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_blocked_output_waits_for_its_other_half_however_often_the_first_is_read() {
+        for [first, second] in [[0, 1], [1, 0]] {
+            let mut word = Word::default();
+            let bytes =
+                |value: i16| [first, second].map(|half| value.to_le_bytes()[usize::from(half)]);
+            word.update(0x0102, Update::Blocked);
+            assert_eq!([word.read(first), word.read(first)], [bytes(0x0102)[0]; 2]);
+            word.update(0x0304, Update::Blocked);
+            assert_eq!(word.read(second), bytes(0x0102)[1]);
+            word.update(0x0506, Update::Blocked);
+            assert_eq!([word.read(first), word.read(second)], bytes(0x0506));
+        }
+    }
+}
