@@ -181,6 +181,7 @@ mod tests {
             ports.push_can(lane, &frame(id));
         }
         ports.push_can(Lane::Stream, &frame(1));
+        assert!(!ports.can_is_empty());
         assert_eq!(ports.withdraw_can(), 5);
         let left = core::iter::from_fn(|| ports.try_next_can());
         assert!(left.map(|frame| frame.id()).eq([4, 4, 2, 2]));

@@ -3,7 +3,9 @@
 use crate::bench::{Bench, MS, Run, SECOND, at_once, run, standing};
 use estimator_core::{Decision, Phase, Timestamp};
 use firmware::Start;
+use firmware::imu::missing_sample;
 use firmware::ports::{BusState, Input, Reloaded, Request};
+use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
 use firmware::storage::{Erase, Origin, StoreFailed};
 use firmware::supervision::{CrashReason, CrashRecord, Worker};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
@@ -627,6 +629,43 @@ fn the_watchdog_is_fed_only_while_ticks_and_communication_are_alive() {
     bench.still();
     bench.ports.liveness.report(Worker::Can);
     assert!(!bench.ports.liveness.all_alive(), "without the UART");
+}
+
+#[test]
+fn a_tick_without_a_sample_is_alive_only_where_a_fault_or_the_activity_explains_it() {
+    let silent = SensorFault {
+        fault: Fault::SensorSilent,
+        detail: 0,
+    };
+    for (activity, fault, alive) in [
+        (Activity::Measuring, None, false),
+        (Activity::Measuring, Some(silent), true),
+        (Activity::Recovering, None, true),
+        (Activity::Starting, None, true),
+    ] {
+        let mut bench = bench();
+        let is_alive = |bench: &Bench| {
+            bench.ports.liveness.report(Worker::Can);
+            bench.ports.liveness.report(Worker::Uart);
+            bench.ports.liveness.all_alive()
+        };
+        assert!(is_alive(&bench));
+        let time = Timestamp::from_micros(2_000_000);
+        let tick = Tick {
+            time,
+            ..Tick::default()
+        };
+        let measurement = Measurement {
+            sample: missing_sample(time),
+            raw: None,
+            activity,
+            fault,
+            saturated_for_long: false,
+            restarts: 0,
+        };
+        bench.tick(&tick, &measurement, None);
+        assert_eq!(is_alive(&bench), alive, "{activity:?}, {fault:?}");
+    }
 }
 
 #[test]

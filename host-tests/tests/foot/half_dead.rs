@@ -245,3 +245,20 @@ fn a_register_that_changes_behind_the_drivers_back_is_reported_and_put_right() {
         }
     }
 }
+
+#[test]
+fn the_register_with_a_data_rate_is_read_back_every_third_tick() {
+    let fault = PartFault::RegisterFlipped {
+        address: register::CTRL1_XL.address,
+        // The filter behind the rate: samples stay fresh.
+        bits: 0x02,
+    };
+    for phase in 0..6 {
+        let seen = watch(fault, Stimulus::REST, phase * 583_313);
+        let reported = seen.reported.map(|(fault, _)| fault);
+        assert_eq!(reported, Some(Fault::SensorConfigMismatch), "phase {phase}");
+        let after = seen.reported_after.unwrap_or(u64::MAX);
+        assert!(after <= 4 * MS, "phase {phase}: {after} ns");
+        assert!(seen.stable_at_the_end, "phase {phase}");
+    }
+}
