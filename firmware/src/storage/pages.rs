@@ -448,6 +448,18 @@ mod tests {
     }
 
     #[test]
+    fn a_checksum_is_never_one_that_is_half_written() {
+        for (bits, sum) in [
+            (0x0000_0000, 0x0000_0001),
+            (0x1234_5600, 0x1234_5601),
+            (0x1234_56FF, 0x1234_56FE),
+            (0x1234_5678, 0x1234_5678),
+        ] {
+            assert_eq!(Crc32(!bits).finish(), sum);
+        }
+    }
+
+    #[test]
     fn what_fills_a_page_between_its_marks_fits_and_a_byte_more_writes_nothing() {
         let mut fits = pages();
         assert_eq!(fits.append(&data::<48>(7), Erase::Allowed), Ok(()));
