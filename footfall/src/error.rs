@@ -86,6 +86,9 @@ pub enum Error {
     /// A result could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The source has nothing to give.
+    #[error(transparent)]
+    Source(#[from] live::LinkError),
     /// The summary could not be printed.
     #[error("the summary cannot be printed: {0}")]
     Print(#[source] io::Error),

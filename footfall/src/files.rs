@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use thiserror::Error;
@@ -28,6 +29,12 @@ pub enum OutputError {
     #[error("{file} cannot be written: it is named for two results")]
     SameFile {
         /// The second result, as it was named.
+        file: String,
+    },
+    /// There is a file of that name, and what is in it would be lost.
+    #[error("{file} is there already: name another file, or add --overwrite")]
+    Exists {
+        /// The file, as it was named.
         file: String,
     },
     /// There is a directory of that name.
@@ -168,6 +175,15 @@ impl Drop for Unfinished {
 /// [`INTERRUPTED`]. Where the system does not let it, they stay.
 pub fn tidy_up_when_interrupted() {
     let _ = ctrlc::try_set_handler(|| {
+        let is_asked = INTERRUPTION.compare_exchange(
+            FINISHES,
+            FINISHING,
+            Ordering::Relaxed,
+            Ordering::Relaxed,
+        );
+        if is_asked.is_ok() {
+            return;
+        }
         // Kept until the end, so that no other is begun.
         let unfinished = all_unfinished();
         for path in unfinished.iter() {
@@ -175,6 +191,25 @@ pub fn tidy_up_when_interrupted() {
         }
         std::process::exit(INTERRUPTED);
     });
+}
+
+/// What an interruption does: ends the program at once; asks it to finish; it has been asked, so that the
+/// next one ends it.
+static INTERRUPTION: AtomicU8 = AtomicU8::new(ENDS);
+const ENDS: u8 = 0;
+const FINISHES: u8 = 1;
+const FINISHING: u8 = 2;
+
+/// From now on, the first interruption only asks this command to finish what it does:
+/// [`is_interrupted`]. The next one ends it.
+pub fn finish_when_interrupted() {
+    INTERRUPTION.store(FINISHES, Ordering::Relaxed);
+}
+
+/// Whether this command has been asked to finish.
+#[must_use]
+pub fn is_interrupted() -> bool {
+    INTERRUPTION.load(Ordering::Relaxed) == FINISHING
 }
 
 /// The exit code of a program that Ctrl-C has ended, as shells have it.

@@ -23,6 +23,8 @@ pub enum Target<'a> {
     Drawing(&'a Path),
     /// A configuration file.
     Configuration(&'a Path),
+    /// A recording for ROS 2.
+    Bag(&'a Path),
 }
 
 impl<'a> Target<'a> {
@@ -33,7 +35,8 @@ impl<'a> Target<'a> {
             | Self::Events(path)
             | Self::Picture(path)
             | Self::Drawing(path)
-            | Self::Configuration(path) => path,
+            | Self::Configuration(path)
+            | Self::Bag(path) => path,
         }
     }
 
@@ -45,6 +48,7 @@ impl<'a> Target<'a> {
             Self::Picture(_) => "pictures are SVG",
             Self::Drawing(_) => "pictures are SVG, PNG or pages",
             Self::Configuration(_) => "configurations are TOML",
+            Self::Bag(_) => "recordings for ROS 2 are MCAP",
         }
     }
 
@@ -56,6 +60,7 @@ impl<'a> Target<'a> {
             Self::Picture(_) => &["svg"],
             Self::Drawing(_) => &Drawing::EXTENSIONS,
             Self::Configuration(_) => &["toml"],
+            Self::Bag(_) => &["mcap"],
         }
     }
 }

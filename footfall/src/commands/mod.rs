@@ -6,6 +6,7 @@
 //! | `demo` | [`demo`] |
 //! | `decode` | [`decode`] |
 //! | `monitor` | [`monitor`] |
+//! | `record` | [`record`] |
 //! | `evaluate` | [`evaluate`] |
 //! | `attitude` | [`attitude`] |
 //! | `calibrate` | [`calibrate`] |
@@ -25,6 +26,7 @@ pub mod evaluate;
 pub mod explain;
 pub mod headings;
 pub mod monitor;
+pub mod record;
 pub mod recording;
 pub mod replay;
 pub mod schema;
@@ -46,6 +48,7 @@ use headings::{
     REPLAY_EXAMPLES,
 };
 use monitor::MonitorArguments;
+use record::RecordArguments;
 use replay::ReplayArguments;
 use schema::SchemaArguments;
 use shell::{CompletionsArguments, ManArguments};
@@ -85,6 +88,8 @@ pub enum Command {
     Decode(DecodeArguments),
     /// Watch feet that stream: probability, state, faults, rate and losses of each
     Monitor(MonitorArguments),
+    /// Record feet that stream as MCAP for ROS 2: contacts, IMU, diagnostics
+    Record(RecordArguments),
     /// Score this estimator and the methods of others on all recordings that have labels, and on
     /// simulated walks
     #[command(after_help = scoring::sets::needed())]
@@ -129,6 +134,7 @@ impl Arguments {
             Command::Demo(arguments) => arguments.run(),
             Command::Decode(arguments) => arguments.run(),
             Command::Monitor(arguments) => arguments.run(),
+            Command::Record(arguments) => arguments.run(),
             Command::Evaluate(arguments) => arguments.run(),
             Command::Attitude(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(),

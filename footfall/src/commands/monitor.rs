@@ -22,7 +22,7 @@ const PICTURE: Duration = Duration::from_millis(50);
 const LINE: Duration = Duration::from_secs(1);
 
 /// How a source is written, for helps.
-const SOURCES: &str = "Where the feet stream from: uart:/dev/ttyACM0[@BAUD], can:can0, \
+pub(super) const SOURCES: &str = "Where the feet stream from: uart:/dev/ttyACM0[@BAUD], can:can0, \
                        slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
                        simulated feet";
 

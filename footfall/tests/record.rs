@@ -1,0 +1,128 @@
+//! `footfall record`, as a whole program.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use common::{Bench, text};
+
+/// The counts that a recording reports, by topic.
+fn count(report: &str, topic: &str) -> u64 {
+    let line = report
+        .lines()
+        .find(|line| line.ends_with(&format!(" {topic}")));
+    let count = line.and_then(|line| line.split_whitespace().next());
+    count.and_then(|count| count.parse().ok()).unwrap_or(0)
+}
+
+#[test]
+fn four_feet_with_their_samples_are_recorded_without_a_loss_and_replayed() {
+    let bench = Bench::new();
+    let output = bench.run("record demo:feet=4,line=uart,seconds=10 -o walk.mcap");
+    let report = text(&output.stdout);
+    assert_eq!(
+        (text(&output.stderr).as_str(), output.status.code()),
+        ("", Some(0))
+    );
+    for foot in ["FL", "FR", "RL", "RR"] {
+        for topic in ["contact", "contact/probability", "imu"] {
+            let topic = format!("/footfall/{foot}/{topic}");
+            assert_eq!(count(&report, &topic), 10_000, "{topic}\n{report}");
+        }
+    }
+    assert!(count(&report, "/diagnostics") >= 40, "{report}");
+    let output = bench.run("replay walk.mcap --topic all --json");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let recordings = json["recordings"].as_array().expect("recordings");
+    assert_eq!(recordings.len(), 4);
+    assert!(
+        recordings
+            .iter()
+            .all(|recording| recording["samples"] == 10_000)
+    );
+}
+
+#[test]
+fn a_recording_that_is_cut_off_anywhere_has_what_came_a_second_before() {
+    let bench = Bench::new();
+    bench.run("record demo:feet=1,line=uart,seconds=6 -o whole.mcap");
+    let whole = fs::read(bench.path("whole.mcap")).expect("a recording");
+    let mut last = 0;
+    for part in 1..=40 {
+        let bytes = whole.len() * part / 40;
+        fs::write(bench.path("cut.mcap"), &whole[..bytes]).expect("a file");
+        let output = bench.run("replay cut.mcap --json");
+        let samples = if output.status.success() {
+            let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+            json["recordings"][0]["samples"].as_u64().expect("a count")
+        } else {
+            // Nothing but what comes before the first chunk.
+            assert_eq!(last, 0, "{}", text(&output.stderr));
+            0
+        };
+        assert!(samples >= last, "{samples} after {last} at {bytes} bytes");
+        let share = 6000 * part as u64 / 40;
+        assert!(
+            samples + 1500 >= share,
+            "{samples} of {share} at {bytes} bytes"
+        );
+        last = samples;
+    }
+    assert_eq!(last, 6000);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_recording_is_finished_and_a_killed_one_opens() {
+    for signal in ["INT", "KILL"] {
+        let bench = Bench::new();
+        let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
+            .args(["record", "demo:feet=2,speed=1", "-o", "walk.mcap"])
+            .current_dir(&bench.directory)
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the command that was just built");
+        thread::sleep(Duration::from_millis(3500));
+        let id = child.id().to_string();
+        let kill = Command::new("kill").args(["-s", signal, &id]).status();
+        assert!(kill.expect("kill runs").success());
+        let code = child.wait().expect("it ends").code();
+        assert_eq!(code, (signal == "INT").then_some(0), "{signal}");
+        let output = bench.run("replay walk.mcap --topic /footfall/L/imu --json");
+        assert!(
+            output.status.success(),
+            "{signal}: {}",
+            text(&output.stderr)
+        );
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        // On CAN, an IMU's sample comes with each motion, 50 times a second.
+        let samples = json["recordings"][0]["samples"].as_u64().expect("a count");
+        assert!(samples > 75, "{signal}: {samples}");
+    }
+}
+
+#[test]
+fn what_is_there_is_not_replaced_unless_it_is_asked_for() {
+    let bench = Bench::with("walk.mcap", "precious");
+    let output = bench.run("record demo:seconds=1 -o walk.mcap");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("walk.mcap is there already"));
+    let read = |path: &Path| fs::read(path).expect("a file");
+    assert_eq!(read(&bench.path("walk.mcap")), b"precious");
+    let output = bench.run("record demo:seconds=1 -o walk.mcap --overwrite");
+    assert!(output.status.success());
+    assert!(read(&bench.path("walk.mcap")).starts_with(b"\x89MCAP0"));
+    let output = bench.run("record demo:seconds=1 -o walk.bag");
+    assert!(
+        text(&output.stderr).contains(".mcap"),
+        "{}",
+        text(&output.stderr)
+    );
+    let output = bench.run("record file:none.log -o other.mcap");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("none.log"));
+}

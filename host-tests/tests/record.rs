@@ -1,0 +1,47 @@
+//! A recording of feet that stream, read by the libraries of others.
+
+use std::process::Command;
+
+use clap::Parser;
+use footfall::commands::Arguments;
+use host_tests::requirements::unmet;
+
+#[path = "../../wire/tests/python/environment.rs"]
+mod environment;
+#[path = "python/packages.rs"]
+mod packages;
+
+const REQUIREMENTS: &str = include_str!("python/roads.txt");
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/record.py");
+
+fn footfall(arguments: &[&str]) {
+    let arguments = Arguments::parse_from(["footfall"].iter().chain(arguments));
+    arguments.run().unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn two_foreign_readers_find_every_value_that_the_foot_has_sent() {
+    let packages = match packages::install("python-record", REQUIREMENTS) {
+        Ok(packages) => packages,
+        Err(missing) => return unmet(&missing),
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    footfall(&["demo", "--out", &path("demo")]);
+    let log = path("demo/can.log");
+    footfall(&["decode", &log, "--output", &path("rows.csv")]);
+    let source = format!("file:{log}");
+    footfall(&["record", &source, "-o", &path("rec.mcap")]);
+    let output = Command::new(packages.interpreter)
+        .args([SCRIPT, &path("rec.mcap"), &path("rows.csv")])
+        .env("PYTHONPATH", packages.folder)
+        .output()
+        .expect("Python runs");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    let rows: usize = String::from_utf8_lossy(&output.stdout)
+        .trim()
+        .parse()
+        .expect("a count");
+    assert_eq!(rows, 14_010);
+}

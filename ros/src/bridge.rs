@@ -1,0 +1,357 @@
+//! What a foot says becomes messages on topics.
+//!
+//! | topic | message | from |
+//! |---|---|---|
+//! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` | each contact |
+//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`, as SERoW takes it | each contact |
+//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot told the foot over CAN |
+//! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: to look at, not to integrate |
+//! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once where they change, otherwise once a second |
+//!
+//! Stamps are those of the samples, on the clock of the receiver: by numbered SYNCs where the foot has
+//! reported one, otherwise by the least delay of the newest seconds ([`FootClock`]).
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use decode::Row;
+use decode::live::{FootKey, Heard, Said};
+use decode::row::Clock;
+use estimator_core::{Decision, Phase, Quaternion as Orientation, Timestamp, Validity, Vec3};
+use live::clock::FootClock;
+use wire::uart::RawSample;
+use wire::{Counter, Emergency, Fault, Faults};
+
+use crate::message::{
+    Contact, DiagnosticArray, DiagnosticStatus, Float64, Header, Imu, KeyValue, Level, Message,
+    Quaternion, Time, Vector3,
+};
+
+/// Standard gravity, m/s².
+const GRAVITY: f64 = 9.806_65;
+
+/// From one diagnostic of a foot to its next, where nothing changes, µs.
+const DIAGNOSTIC_US: u64 = 1_000_000;
+
+/// An orientation or a rate that is older than this is not put beside an acceleration, µs: they are sent
+/// every 20 ms, unless set otherwise.
+const BESIDE_US: u64 = 25_000;
+
+/// What says that a value is not there.
+const ABSENT: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+
+/// A message, where it is published and when it was received.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Published {
+    /// The topic.
+    pub topic: Arc<str>,
+    /// When what it says was received.
+    pub at: Timestamp,
+    /// The message.
+    pub message: Message,
+}
+
+/// What is known of all feet.
+#[derive(Debug, Default)]
+pub struct Bridge {
+    feet: BTreeMap<FootKey, Foot>,
+    /// Names of feet on serial lines, by line, from their first health message on.
+    lines: BTreeMap<Arc<str>, FootKey>,
+}
+
+/// What is known of a foot.
+#[derive(Debug)]
+struct Foot {
+    frame: String,
+    contact: Arc<str>,
+    probability: Arc<str>,
+    load: Arc<str>,
+    imu: Arc<str>,
+    name: String,
+    clock: FootClock,
+    flags: u8,
+    faults: Faults,
+    /// What the board counted, or the drops that it said on CAN.
+    counts: Vec<KeyValue>,
+    diagnosed_us: Option<u64>,
+    /// The newest orientation and rate, and when they were made on the foot's clock.
+    orientation: Option<(Orientation, Timestamp)>,
+    rate: Option<(Vec3, Timestamp)>,
+}
+
+impl Foot {
+    fn new(name: &str) -> Self {
+        // What is no letter, digit or underscore is no part of a topic.
+        let part: String = name
+            .chars()
+            .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
+            .collect();
+        Self {
+            frame: format!("footfall_{part}"),
+            contact: format!("/footfall/{part}/contact").into(),
+            probability: format!("/footfall/{part}/contact/probability").into(),
+            load: format!("/footfall/{part}/load").into(),
+            imu: format!("/footfall/{part}/imu").into(),
+            name: name.to_owned(),
+            clock: FootClock::default(),
+            flags: 0,
+            faults: Faults::NONE,
+            counts: Vec::new(),
+            diagnosed_us: None,
+            orientation: None,
+            rate: None,
+        }
+    }
+
+    fn header(&self, stamp: Timestamp) -> Header {
+        Header {
+            stamp: Time::from(stamp),
+            frame_id: self.frame.clone(),
+        }
+    }
+
+    fn contact(&mut self, row: &Row, at: Timestamp) -> (Contact, Option<Imu>) {
+        let by_delay = self.clock.time(row.timestamp, at);
+        let stamp = match row.common {
+            Some((time, Clock::Sync)) => time,
+            _ => by_delay,
+        };
+        self.flags = row.flags.unwrap_or(self.flags);
+        let axes = row.axes.map(|axes| axes.to_array());
+        let contact = Contact {
+            header: self.header(stamp),
+            foot: self.name.clone(),
+            node: row.node.map_or(0, wire::NodeId::get),
+            p_stable: row.stable,
+            p_tangential: row.tangential,
+            p_vertical: row.vertical,
+            p_axes: axes.unwrap_or([f32::NAN; 6]),
+            decision: row.status.decision() == Decision::Stable,
+            state: state(row.status.phase()),
+            valid: row.status.is_valid(),
+            flags: self.flags,
+            sequence: row.sequence,
+        };
+        let made = row.timestamp;
+        self.orientation = row.orientation.map(|q| (q, made)).or(self.orientation);
+        self.rate = row.rate.map(|rate| (rate, made)).or(self.rate);
+        let imu = match (row.acceleration, self.orientation, self.rate) {
+            (Some(acceleration), Some((orientation, first)), Some((rate, second)))
+                if is_near(first, made) && is_near(second, made) =>
+            {
+                Some(Imu {
+                    header: self.header(stamp),
+                    orientation: quaternion(orientation),
+                    angular_velocity: vector(rate),
+                    linear_acceleration: with_gravity(acceleration, orientation),
+                    ..Imu::default()
+                })
+            }
+            _ => None,
+        };
+        (contact, imu)
+    }
+
+    fn raw(&mut self, raw: &RawSample, at: Timestamp) -> Option<Imu> {
+        let stamp = self.clock.time(raw.timestamp, at);
+        let scaled = |codes: [i16; 3], scale: f32| {
+            let [x, y, z] = codes.map(|code| f64::from(code) * f64::from(scale));
+            Vector3 { x, y, z }
+        };
+        // Nothing was read: there is no sample.
+        (!matches!(raw.validity, Validity::Invalid)).then(|| Imu {
+            header: self.header(stamp),
+            orientation_covariance: ABSENT,
+            angular_velocity: scaled(raw.rate, raw.rate_scale),
+            linear_acceleration: scaled(raw.acceleration, raw.acceleration_scale),
+            ..Imu::default()
+        })
+    }
+
+    fn diagnostics(&mut self, at: Timestamp) -> DiagnosticArray {
+        self.diagnosed_us = Some(at.as_micros());
+        let level = if self.faults.void_estimate() {
+            Level::Error
+        } else if self.faults.is_empty() {
+            Level::Ok
+        } else {
+            Level::Warn
+        };
+        let names: Vec<_> = self.faults.iter().map(Fault::name).collect();
+        let message = if names.is_empty() {
+            "no fault".to_owned()
+        } else {
+            names.join(", ")
+        };
+        let status = DiagnosticStatus {
+            level,
+            name: format!("footfall: {}", self.name),
+            message,
+            hardware_id: self.frame.clone(),
+            values: self.counts.clone(),
+        };
+        DiagnosticArray {
+            header: self.header(at),
+            status: vec![status],
+        }
+    }
+
+    fn is_due(&self, at: Timestamp) -> bool {
+        let since = |before: u64| at.as_micros().saturating_sub(before);
+        self.diagnosed_us
+            .is_none_or(|before| since(before) >= DIAGNOSTIC_US)
+    }
+}
+
+impl Bridge {
+    /// The messages of something that was heard; `name` is what the foot is called, where it has a name.
+    pub fn messages(&mut self, heard: &Heard, name: Option<&str>) -> Vec<Published> {
+        let Some(foot) = self.foot(heard, name) else {
+            return Vec::new();
+        };
+        let at = heard.at;
+        let publish = |topic: &Arc<str>, message| Published {
+            topic: Arc::clone(topic),
+            at,
+            message,
+        };
+        let mut published = Vec::new();
+        let before = (foot.faults, foot.diagnosed_us.is_some());
+        match &heard.said {
+            Said::Contact(row) => {
+                let (contact, imu) = foot.contact(row, at);
+                let data = f64::from(contact.p_stable);
+                published.push(publish(&foot.contact, Message::Contact(contact)));
+                let probability = Message::Number(Float64 { data });
+                published.push(publish(&foot.probability, probability));
+                published.extend(imu.map(|imu| publish(&foot.imu, Message::Imu(imu))));
+            }
+            Said::Raw(raw) => {
+                let imu = foot.raw(raw, at);
+                published.extend(imu.map(|imu| publish(&foot.imu, Message::Imu(imu))));
+            }
+            Said::Board(board) => {
+                foot.faults = board.faults;
+                let count = |counter: Counter| KeyValue {
+                    key: counter.name().to_owned(),
+                    value: board.counters.get(counter).to_string(),
+                };
+                foot.counts = Counter::ALL.into_iter().map(count).collect();
+            }
+            Said::Health(health) => {
+                foot.flags = health.flags;
+                foot.counts = vec![KeyValue {
+                    key: "dropped, modulo 256".to_owned(),
+                    value: health.dropped.to_string(),
+                }];
+            }
+            Said::Emergency(Emergency {
+                code,
+                fault: Some(fault),
+                ..
+            }) => {
+                foot.faults = if *code == 0 {
+                    foot.faults.without(*fault)
+                } else {
+                    foot.faults.with(*fault)
+                };
+            }
+            Said::Load(newtons) => {
+                let data = f64::from(*newtons);
+                published.push(publish(&foot.load, Message::Number(Float64 { data })));
+            }
+            Said::BootUp => foot.faults = Faults::NONE,
+            _ => {}
+        }
+        if foot.is_due(at) || before != (foot.faults, true) {
+            let diagnostics = Message::Diagnostics(foot.diagnostics(at));
+            published.push(publish(&"/diagnostics".into(), diagnostics));
+        }
+        published
+    }
+
+    /// The foot that said it. On a serial line nobody knows which foot it is before its first health
+    /// message: until then it has the name of its line.
+    fn foot(&mut self, heard: &Heard, name: Option<&str>) -> Option<&mut Foot> {
+        let key = &heard.foot;
+        let own = match &heard.said {
+            Said::Contact(row) => row.foot.as_deref(),
+            _ => None,
+        };
+        let name = own.or(name);
+        if key.node.is_some()
+            && let Some(before) = self.lines.remove(&key.line)
+        {
+            // What was known of it under the name of its line, but for its topics.
+            if let Some(known) = self.feet.remove(&before) {
+                let foot = Foot::new(name.unwrap_or(&key.line));
+                let foot = Foot {
+                    clock: known.clock,
+                    faults: known.faults,
+                    ..foot
+                };
+                self.feet.insert(key.clone(), foot);
+            }
+        }
+        if key.node.is_none() && own.is_none() {
+            self.lines.insert(Arc::clone(&key.line), key.clone());
+        }
+        // Several feet of one recording share a line and have no id.
+        let key = FootKey {
+            line: match (key.node, own) {
+                (None, Some(own)) => format!("{} {own}", key.line).into(),
+                _ => Arc::clone(&key.line),
+            },
+            node: key.node,
+        };
+        let fallback = || match key.node {
+            Some(node) => format!("node_{node}"),
+            None => key.line.to_string(),
+        };
+        let made = || Foot::new(&name.map_or_else(fallback, str::to_owned));
+        Some(self.feet.entry(key.clone()).or_insert_with(made))
+    }
+}
+
+/// The number of a phase in [`Contact`].
+#[must_use]
+pub const fn state(phase: Phase) -> u8 {
+    match phase {
+        Phase::Unknown => 0,
+        Phase::Stance => 1,
+        Phase::Slip => 2,
+        Phase::Swing => 3,
+        Phase::QuietSwing => 4,
+    }
+}
+
+/// Whether the earlier of two times on a foot's clock is near enough to the other.
+const fn is_near(earlier: Timestamp, time: Timestamp) -> bool {
+    matches!(time.as_micros().checked_sub(earlier.as_micros()), Some(age) if age <= BESIDE_US)
+}
+
+fn quaternion(q: Orientation) -> Quaternion {
+    let [w, x, y, z] = [q.w, q.x, q.y, q.z].map(f64::from);
+    Quaternion { x, y, z, w }
+}
+
+fn vector(v: Vec3) -> Vector3 {
+    let [x, y, z] = [v.x, v.y, v.z].map(f64::from);
+    Vector3 { x, y, z }
+}
+
+/// The acceleration that an accelerometer would measure: with gravity, turned into the foot.
+fn with_gravity(acceleration: Vec3, orientation: Orientation) -> Vector3 {
+    let Quaternion { x, y, z, w } = quaternion(orientation);
+    let Vector3 {
+        x: ax,
+        y: ay,
+        z: az,
+    } = vector(acceleration);
+    // The third row of the rotation, world z in the foot.
+    Vector3 {
+        x: ax + GRAVITY * 2.0 * (x * z - w * y),
+        y: ay + GRAVITY * 2.0 * (y * z + w * x),
+        z: az + GRAVITY * (1.0 - 2.0 * (x * x + y * y)),
+    }
+}

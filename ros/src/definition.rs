@@ -1,0 +1,144 @@
+//! Definitions of messages as a recording carries them: the message's own, then those of the messages
+//! in it, each after a line of `=` and its name.
+//!
+//! Those that are not ours are the interfaces of ROS 2, of which names, types and order of the fields
+//! are given.
+
+use crate::message::Message;
+
+/// What stands between definitions.
+const BETWEEN: &str =
+    "\n================================================================================\nMSG: ";
+
+const TIME: &str = "int32 sec\nuint32 nanosec\n";
+const HEADER: &str = "builtin_interfaces/Time stamp\nstring frame_id\n";
+const QUATERNION: &str = "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n";
+const VECTOR3: &str = "float64 x\nfloat64 y\nfloat64 z\n";
+const IMU: &str = "std_msgs/Header header
+geometry_msgs/Quaternion orientation
+float64[9] orientation_covariance
+geometry_msgs/Vector3 angular_velocity
+float64[9] angular_velocity_covariance
+geometry_msgs/Vector3 linear_acceleration
+float64[9] linear_acceleration_covariance
+";
+const FLOAT64: &str = "float64 data\n";
+const KEY_VALUE: &str = "string key\nstring value\n";
+const STATUS: &str = "byte OK=0
+byte WARN=1
+byte ERROR=2
+byte STALE=3
+byte level
+string name
+string message
+string hardware_id
+diagnostic_msgs/KeyValue[] values
+";
+const DIAGNOSTICS: &str = "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n";
+
+/// The definition of a contact, as the interface package has it.
+pub const CONTACT: &str = include_str!("../../ros2/footfall_msgs/msg/Contact.msg");
+
+/// A kind of message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Definition {
+    /// Its name: `package/msg/Name`.
+    pub name: &'static str,
+    /// Its own fields.
+    own: &'static str,
+    /// Those of the messages in it.
+    others: &'static [(&'static str, &'static str)],
+}
+
+const IN_HEADER: [(&str, &str); 2] = [
+    ("std_msgs/Header", HEADER),
+    ("builtin_interfaces/Time", TIME),
+];
+
+impl Definition {
+    /// Of a contact.
+    pub const CONTACT: Self = Self {
+        name: "footfall_msgs/msg/Contact",
+        own: CONTACT,
+        others: &IN_HEADER,
+    };
+    /// Of an IMU.
+    pub const IMU: Self = Self {
+        name: "sensor_msgs/msg/Imu",
+        own: IMU,
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("geometry_msgs/Quaternion", QUATERNION),
+            ("geometry_msgs/Vector3", VECTOR3),
+        ],
+    };
+    /// Of a number.
+    pub const FLOAT64: Self = Self {
+        name: "std_msgs/msg/Float64",
+        own: FLOAT64,
+        others: &[],
+    };
+    /// Of what diagnostics say.
+    pub const DIAGNOSTICS: Self = Self {
+        name: "diagnostic_msgs/msg/DiagnosticArray",
+        own: DIAGNOSTICS,
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("diagnostic_msgs/DiagnosticStatus", STATUS),
+            ("diagnostic_msgs/KeyValue", KEY_VALUE),
+        ],
+    };
+
+    /// Of a message.
+    #[must_use]
+    pub const fn of(message: &Message) -> Self {
+        match message {
+            Message::Contact(_) => Self::CONTACT,
+            Message::Imu(_) => Self::IMU,
+            Message::Number(_) => Self::FLOAT64,
+            Message::Diagnostics(_) => Self::DIAGNOSTICS,
+        }
+    }
+
+    /// The whole text.
+    #[must_use]
+    pub fn text(self) -> String {
+        let others = self.others.iter();
+        let others: String = others
+            .map(|(name, text)| format!("{BETWEEN}{name}\n{text}"))
+            .collect();
+        format!("{}{others}", self.own)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::{Flag, Flags, Phase};
+
+    /// The value of a constant of [`CONTACT`].
+    fn constant(name: &str) -> Option<u8> {
+        let line = CONTACT
+            .lines()
+            .find_map(|line| line.strip_prefix(&format!("uint8 {name}=")));
+        line.and_then(|value| value.parse().ok())
+    }
+
+    #[test]
+    fn the_definition_has_every_phase_and_flag_with_its_number() {
+        for phase in Phase::ALL {
+            let name = format!("STATE_{}", phase.name().to_uppercase());
+            assert_eq!(constant(&name), Some(crate::bridge::state(phase)), "{name}");
+        }
+        for flag in Flag::ALL {
+            let name = format!("FLAG_{}", flag.name().to_uppercase());
+            assert_eq!(
+                constant(&name),
+                Some(Flags::NONE.with(flag).bits()),
+                "{name}"
+            );
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Messages of ROS 2, field by field in the order of their definitions, and their bytes: CDR, little-endian.
+
+use byteorder::LittleEndian;
+use estimator_core::Timestamp;
+use serde::Serialize;
+
+/// What stands before the bytes of a message: CDR, little-endian, no options.
+const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+
+/// `builtin_interfaces/msg/Time`: since 1970.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Time {
+    /// s.
+    pub sec: i32,
+    /// ns of a second.
+    pub nanosec: u32,
+}
+
+impl From<Timestamp> for Time {
+    fn from(time: Timestamp) -> Self {
+        let micros = time.as_micros();
+        Self {
+            sec: i32::try_from(micros / 1_000_000).unwrap_or(i32::MAX),
+            nanosec: (micros % 1_000_000) as u32 * 1000,
+        }
+    }
+}
+
+/// `std_msgs/msg/Header`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Header {
+    /// When.
+    pub stamp: Time,
+    /// In which frame.
+    pub frame_id: String,
+}
+
+/// `geometry_msgs/msg/Quaternion`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "its components")]
+pub struct Quaternion {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub w: f64,
+}
+
+/// `geometry_msgs/msg/Vector3`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "its components")]
+pub struct Vector3 {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+}
+
+/// `sensor_msgs/msg/Imu`. A covariance whose first number is −1 says that there is no such value; one
+/// of zeros, that it is not known.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Imu {
+    /// When the sample was acquired.
+    pub header: Header,
+    /// Foot → world.
+    pub orientation: Quaternion,
+    /// Of the orientation.
+    pub orientation_covariance: [f64; 9],
+    /// rad/s.
+    pub angular_velocity: Vector3,
+    /// Of the angular velocity.
+    pub angular_velocity_covariance: [f64; 9],
+    /// m/s², gravity included.
+    pub linear_acceleration: Vector3,
+    /// Of the acceleration.
+    pub linear_acceleration_covariance: [f64; 9],
+}
+
+/// `footfall_msgs/msg/Contact`; `ros2/footfall_msgs/msg/Contact.msg` says what its fields mean.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the definition has them")]
+pub struct Contact {
+    pub header: Header,
+    pub foot: String,
+    pub node: u8,
+    pub p_stable: f32,
+    pub p_tangential: f32,
+    pub p_vertical: f32,
+    pub p_axes: [f32; 6],
+    pub decision: bool,
+    pub state: u8,
+    pub valid: bool,
+    pub flags: u8,
+    pub sequence: u16,
+}
+
+/// `std_msgs/msg/Float64`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Float64 {
+    /// The number.
+    pub data: f64,
+}
+
+/// `diagnostic_msgs/msg/KeyValue`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "its name says it")]
+pub struct KeyValue {
+    pub key: String,
+    pub value: String,
+}
+
+/// How well something is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Well.
+    #[default]
+    Ok,
+    /// It works, but.
+    Warn,
+    /// It does not work.
+    Error,
+    /// Nothing is heard of it.
+    Stale,
+}
+
+impl Serialize for Level {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u8(*self as u8)
+    }
+}
+
+/// `diagnostic_msgs/msg/DiagnosticStatus`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct DiagnosticStatus {
+    /// How well it is.
+    pub level: Level,
+    /// What it is.
+    pub name: String,
+    /// In words.
+    pub message: String,
+    /// Which one it is.
+    pub hardware_id: String,
+    /// What else there is to say.
+    pub values: Vec<KeyValue>,
+}
+
+/// `diagnostic_msgs/msg/DiagnosticArray`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct DiagnosticArray {
+    /// When.
+    pub header: Header,
+    /// Of each part.
+    pub status: Vec<DiagnosticStatus>,
+}
+
+/// A message that is published.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Message {
+    /// The contact.
+    Contact(Contact),
+    /// The IMU.
+    Imu(Imu),
+    /// A number: a probability or a load.
+    Number(Float64),
+    /// How the board is.
+    Diagnostics(DiagnosticArray),
+}
+
+impl Message {
+    /// Its bytes, with what stands before them.
+    #[must_use]
+    pub fn cdr(&self) -> Vec<u8> {
+        match self {
+            Self::Contact(message) => cdr(message),
+            Self::Imu(message) => cdr(message),
+            Self::Number(message) => cdr(message),
+            Self::Diagnostics(message) => cdr(message),
+        }
+    }
+}
+
+/// The bytes of a message, with what stands before them.
+fn cdr(message: &impl Serialize) -> Vec<u8> {
+    let mut bytes = ENCAPSULATION.to_vec();
+    // These messages hold nothing that CDR has no form for; a test writes each.
+    let encoded = cdr_encoding::to_vec::<_, LittleEndian>(message);
+    bytes.extend(encoded.unwrap_or_default());
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_aligned_as_cdr_says() {
+        let number = Message::Number(Float64 { data: 0.5 }).cdr();
+        assert_eq!(number, [0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0xE0, 0x3F]);
+        let contact = Contact {
+            header: Header {
+                stamp: Time { sec: 1, nanosec: 2 },
+                frame_id: "ab".to_owned(),
+            },
+            foot: "F".to_owned(),
+            node: 7,
+            p_stable: 1.0,
+            decision: true,
+            sequence: 0x1234,
+            ..Contact::default()
+        };
+        let bytes = Message::Contact(contact).cdr();
+        // stamp 8, "ab" 4 + 3 + 1, "F" 4 + 2, node 1, + 1, nine floats, four bytes, 2.
+        let body = &bytes[4..];
+        assert_eq!(body.len(), 8 + 8 + 6 + 1 + 1 + 36 + 4 + 2);
+        assert_eq!(body[8..15], [3, 0, 0, 0, b'a', b'b', 0]);
+        assert_eq!(body[16..23], [2, 0, 0, 0, b'F', 0, 7]);
+        assert_eq!(body[24..28], 1.0_f32.to_le_bytes());
+        assert_eq!(body[60..], [1, 0, 0, 0, 0x34, 0x12]);
+    }
+
+    #[test]
+    fn every_message_has_bytes() {
+        let diagnostics = DiagnosticArray {
+            status: vec![DiagnosticStatus {
+                level: Level::Error,
+                values: vec![KeyValue::default()],
+                ..DiagnosticStatus::default()
+            }],
+            ..DiagnosticArray::default()
+        };
+        for message in [
+            Message::Contact(Contact::default()),
+            Message::Imu(Imu::default()),
+            Message::Number(Float64::default()),
+            Message::Diagnostics(diagnostics),
+        ] {
+            assert!(message.cdr().len() > 8, "{message:?}");
+        }
+    }
+}
