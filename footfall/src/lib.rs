@@ -13,7 +13,7 @@
 //! | or learns a foot in advance, or finds what is wrong with the sensor | [`analysis::calibrate`] |
 //! | how good that was | [`scoring`]; as a report [`attitude`], as tables and pictures [`evaluate`] |
 //! | what the foot sends of it, and back again | [`walking_foot`], [`mod@decode`] |
-//! | feet that stream, from a source that is read by a thread | [`monitor`], [`mod@live`] |
+//! | feet that stream, from a source that is read by a thread | [`monitor`], [`mod@live`], [`mod@ros`] |
 //! | the table, the picture, the summary | [`recordings::output`], [`plot`], [`analysis::summary`], put together by [`report`] |
 //! | a result becomes a file | [`files`] |
 //! | results as JSON: the parameters in force, the schemas | [`analysis::parameters`], [`schema`] |

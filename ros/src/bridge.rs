@@ -3,7 +3,7 @@
 //! | topic | message | from |
 //! |---|---|---|
 //! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` | each contact |
-//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`, as SERoW takes it | each contact |
+//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`, as `SERoW` takes it | each contact |
 //! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot told the foot over CAN |
 //! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: to look at, not to integrate |
 //! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once where they change, otherwise once a second |
@@ -17,7 +17,9 @@ use std::sync::Arc;
 use decode::Row;
 use decode::live::{FootKey, Heard, Said};
 use decode::row::Clock;
-use estimator_core::{Decision, Phase, Quaternion as Orientation, Timestamp, Validity, Vec3};
+use estimator_core::{
+    Decision, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity, Vec3,
+};
 use live::clock::FootClock;
 use wire::uart::RawSample;
 use wire::{Counter, Emergency, Fault, Faults};
@@ -117,7 +119,7 @@ impl Foot {
             _ => by_delay,
         };
         self.flags = row.flags.unwrap_or(self.flags);
-        let axes = row.axes.map(|axes| axes.to_array());
+        let axes = row.axes.map(PerAxis::to_array);
         let contact = Contact {
             header: self.header(stamp),
             foot: self.name.clone(),
@@ -224,11 +226,11 @@ impl Bridge {
                 published.push(publish(&foot.contact, Message::Contact(contact)));
                 let probability = Message::Number(Float64 { data });
                 published.push(publish(&foot.probability, probability));
-                published.extend(imu.map(|imu| publish(&foot.imu, Message::Imu(imu))));
+                published.extend(imu.map(|imu| publish(&foot.imu, Message::Imu(Box::new(imu)))));
             }
             Said::Raw(raw) => {
                 let imu = foot.raw(raw, at);
-                published.extend(imu.map(|imu| publish(&foot.imu, Message::Imu(imu))));
+                published.extend(imu.map(|imu| publish(&foot.imu, Message::Imu(Box::new(imu)))));
             }
             Said::Board(board) => {
                 foot.faults = board.faults;

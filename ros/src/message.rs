@@ -157,7 +157,7 @@ pub enum Message {
     /// The contact.
     Contact(Contact),
     /// The IMU.
-    Imu(Imu),
+    Imu(Box<Imu>),
     /// A number: a probability or a load.
     Number(Float64),
     /// How the board is.
@@ -170,7 +170,7 @@ impl Message {
     pub fn cdr(&self) -> Vec<u8> {
         match self {
             Self::Contact(message) => cdr(message),
-            Self::Imu(message) => cdr(message),
+            Self::Imu(message) => cdr(message.as_ref()),
             Self::Number(message) => cdr(message),
             Self::Diagnostics(message) => cdr(message),
         }
@@ -228,7 +228,7 @@ mod tests {
         };
         for message in [
             Message::Contact(Contact::default()),
-            Message::Imu(Imu::default()),
+            Message::Imu(Box::default()),
             Message::Number(Float64::default()),
             Message::Diagnostics(diagnostics),
         ] {
