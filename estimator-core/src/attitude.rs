@@ -212,6 +212,12 @@ impl AttitudeFilter {
     pub const fn gyro_bias(&self) -> AngularRate {
         AngularRate(self.bias.bias())
     }
+
+    /// The same; `None` until the sensor has been at rest.
+    #[must_use]
+    pub fn known_bias(&self) -> Option<AngularRate> {
+        self.bias.is_known().then(|| self.gyro_bias())
+    }
 }
 
 #[cfg(test)]

@@ -117,6 +117,13 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         self.0.attitude.excess_bias()
     }
 
+    /// The gyroscope's bias, frame of the foot, rad/s, as [`ContactEstimate::gyro_bias`] has it; `None`
+    /// until the foot has been at rest, and with [`Gravity::Removed`].
+    #[must_use]
+    pub fn gyro_bias(&self) -> Option<AngularRate> {
+        self.0.attitude.known_bias()
+    }
+
     /// What the foot has taught up to the sample before the newest, or with it after
     /// [`Self::finish`]: to be kept, and given to [`Params::learnt`] for a warm start.
     ///

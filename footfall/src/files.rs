@@ -2,10 +2,10 @@
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use analysis::whole_file::{WholeFile, remove_unfinished_and_exit};
 use thiserror::Error;
 
 /// Why a result could not be written.
@@ -128,47 +128,15 @@ fn written(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) 
         // A pipe or a terminal cannot be replaced by a file, and must not be.
         return unless_closed(filled(File::options().write(true).open(path)?, content));
     }
-    // Where the name is a link, what it points to is replaced, not the link.
-    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let unfinished = Unfinished::new(&path);
-    File::create(&unfinished.0)
-        .and_then(|file| filled(file, content))
-        .and_then(|()| fs::rename(&unfinished.0, &path))
+    let mut file = WholeFile::create(path)?;
+    content(&mut file)?;
+    file.finish()
 }
 
 fn filled(file: File, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let mut buffer = BufWriter::new(file);
     content(&mut buffer)?;
     buffer.flush()
-}
-
-/// A file that is being written, next to where it belongs. It is removed unless it has got its own name.
-struct Unfinished(PathBuf);
-
-/// Those that there are. Whoever has them locked keeps others from being begun.
-static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-
-fn all_unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
-    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Unfinished {
-    fn new(path: &Path) -> Self {
-        let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(format!(".{}.part", std::process::id()));
-        let unfinished = path.with_file_name(name);
-        all_unfinished().push(unfinished.clone());
-        Self(unfinished)
-    }
-}
-
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        // After success there is nothing under this name. After a failure the first error counts; that
-        // nothing could be tidied up adds nothing to it.
-        let _ = fs::remove_file(&self.0);
-        all_unfinished().retain(|path| *path != self.0);
-    }
 }
 
 /// From now on, an interrupted program leaves no unfinished file behind: it removes them and ends with
@@ -181,15 +149,9 @@ pub fn tidy_up_when_interrupted() {
             Ordering::Relaxed,
             Ordering::Relaxed,
         );
-        if is_asked.is_ok() {
-            return;
+        if is_asked.is_err() {
+            remove_unfinished_and_exit(INTERRUPTED);
         }
-        // Kept until the end, so that no other is begun.
-        let unfinished = all_unfinished();
-        for path in unfinished.iter() {
-            let _ = fs::remove_file(path);
-        }
-        std::process::exit(INTERRUPTED);
     });
 }
 

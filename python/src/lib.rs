@@ -9,6 +9,7 @@
 //! | a recording that is in arrays, and what it teaches | [`estimate`] |
 //! | sample by sample | [`stream`] |
 //! | files become arrays or estimates | [`reading`] |
+//! | files become tables of Parquet, as of a batch | [`batch`] |
 //! | what feet have sent | [`decoding`] |
 //! | a simulated foot | [`simulation`] |
 
@@ -16,6 +17,7 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod batch;
 mod decoding;
 mod estimate;
 mod outputs;
@@ -30,6 +32,8 @@ use pyo3::prelude::*;
 /// The module `footfall._footfall`.
 #[pymodule]
 mod _footfall {
+    #[pymodule_export]
+    use super::batch::{batch_key, batch_recording, batch_settings_hash};
     #[pymodule_export]
     use super::decoding::decode_file;
     #[pymodule_export]

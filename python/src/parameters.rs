@@ -9,8 +9,10 @@ use recordings::input::{Correction, Format};
 
 /// What the estimator is set to, and what is known about the sensor.
 pub(crate) struct Settings {
-    preset: Preset,
-    overrides: Overrides,
+    pub(crate) preset: Preset,
+    /// The configuration file's name and text.
+    pub(crate) config: Option<(String, String)>,
+    pub(crate) overrides: Overrides,
     /// The format of the recording that is in arrays.
     pub(crate) format: Format,
     pub(crate) correction: Correction,
@@ -69,6 +71,7 @@ impl SettingsArguments {
         }
         Ok(Settings {
             preset,
+            config: self.config.clone(),
             format,
             correction,
             gravity: gravity(self.gravity.as_deref())?.or(overrides.gravity),

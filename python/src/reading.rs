@@ -55,7 +55,7 @@ pub(crate) struct Options {
     times: Option<String>,
 }
 
-fn parsed<T: FromStr>(name: &str, text: Option<&String>) -> PyResult<Option<T>>
+pub(crate) fn parsed<T: FromStr>(name: &str, text: Option<&String>) -> PyResult<Option<T>>
 where
     T::Err: Display,
 {
@@ -65,7 +65,7 @@ where
 
 impl Options {
     /// What is known about the file, and its format where that is given.
-    fn read(&self) -> PyResult<(Hints, Option<Format>)> {
+    pub(crate) fn read(&self) -> PyResult<(Hints, Option<Format>)> {
         let loads = self.load_topic.iter();
         let hints = Hints {
             sample_rate: self.rate.map(|rate| rate as f32),
@@ -89,7 +89,7 @@ impl Options {
 }
 
 /// An error about an argument.
-fn named<E: Display>(name: &str) -> impl Fn(E) -> PyErr {
+pub(crate) fn named<E: Display>(name: &str) -> impl Fn(E) -> PyErr {
     move |error| PyValueError::new_err(format!("{name}: {error}"))
 }
 

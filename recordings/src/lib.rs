@@ -10,6 +10,7 @@
 //! | the sensor's mounting, from gravity at rest | [`mounting`] |
 //! | the estimator runs over it | [`replay`] |
 //! | samples and estimates become a table | [`output`], `parquet_output` |
+//! | rows of any kind in Parquet, there and back | `parquet_rows` |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
 //! | the names of validities in both kinds of files | [`validity`] |
 //! | numbers in messages | [`number`] |
@@ -21,6 +22,8 @@ pub mod number;
 pub mod output;
 #[cfg(feature = "containers")]
 pub mod parquet_output;
+#[cfg(feature = "containers")]
+pub mod parquet_rows;
 pub mod plausible;
 pub mod recording;
 pub mod replay;

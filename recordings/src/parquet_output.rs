@@ -45,7 +45,7 @@ pub struct ParquetEstimates<W: Write> {
     /// Writes into memory, from which the bytes are taken: a writer need not be `Send`.
     encoder: ArrowWriter<Vec<u8>>,
     schema: Arc<Schema>,
-    feet: Option<Texts>,
+    names: Option<Texts>,
     t: Float64Builder,
     numbers: Vec<Float32Builder>,
     state: Texts,
@@ -59,16 +59,27 @@ impl<W: Write> ParquetEstimates<W> {
     /// # Errors
     /// What the writer reports.
     pub fn new(to: W, feet: Feet) -> io::Result<Self> {
-        let schema = Arc::new(schema(&feet));
+        Self::with_name(
+            to,
+            match feet {
+                Feet::One => None,
+                Feet::Several => Some(FOOT),
+            },
+        )
+    }
+
+    /// A table without rows, in which each row begins with a name in a column that is called `column`.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn with_name(to: W, column: Option<&'static str>) -> io::Result<Self> {
+        let schema = Arc::new(schema(column));
         let encoder = encoder_of(schema.clone())?;
         Ok(Self {
             to,
             encoder,
             schema,
-            feet: match feet {
-                Feet::One => None,
-                Feet::Several => Some(Texts::new()),
-            },
+            names: column.map(|_| Texts::new()),
             t: Float64Builder::new(),
             numbers: (0..NUMBERS).map(|_| Float32Builder::new()).collect(),
             state: Texts::new(),
@@ -77,19 +88,19 @@ impl<W: Write> ParquetEstimates<W> {
         })
     }
 
-    /// Appends a row. `foot` is there where the table has several feet; `start_us` is what the
+    /// Appends a row. `name` is there where the table has a column for it; `start_us` is what the
     /// recording's clock says at timestamp 0, µs.
     ///
     /// # Errors
     /// What the writer reports.
     pub fn add(
         &mut self,
-        foot: Option<&str>,
+        name: Option<&str>,
         estimate: &ContactEstimate,
         start_us: i64,
     ) -> io::Result<()> {
-        if let Some(feet) = &mut self.feet {
-            feet.append_value(foot.unwrap_or_default());
+        if let Some(names) = &mut self.names {
+            names.append_value(name.unwrap_or_default());
         }
         let micros = i128::from(estimate.timestamp.as_micros()) + i128::from(start_us);
         self.t.append_value(micros as f64 / 1.0e6);
@@ -122,8 +133,8 @@ impl<W: Write> ParquetEstimates<W> {
     /// Encodes the rows that wait, and writes what is complete.
     fn encode(&mut self) -> io::Result<()> {
         let mut columns: Vec<ArrayRef> = Vec::new();
-        if let Some(feet) = &mut self.feet {
-            columns.push(Arc::new(feet.finish()));
+        if let Some(names) = &mut self.names {
+            columns.push(Arc::new(names.finish()));
         }
         columns.push(Arc::new(self.t.finish()));
         for builder in &mut self.numbers {
@@ -169,10 +180,14 @@ pub fn join(tables: Vec<File>, mut to: impl Write) -> io::Result<()> {
     to.flush()
 }
 
+/// What files say they were written by: the same wherever and whenever that was.
+const WRITTEN_BY: &str = concat!("footfall version ", env!("CARGO_PKG_VERSION"));
+
 /// Encodes rows into memory, from which the bytes are taken.
-fn encoder_of(schema: Arc<Schema>) -> io::Result<ArrowWriter<Vec<u8>>> {
+pub(crate) fn encoder_of(schema: Arc<Schema>) -> io::Result<ArrowWriter<Vec<u8>>> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_created_by(WRITTEN_BY.to_owned())
         .set_max_row_group_row_count(Some(ROW_GROUP))
         .build();
     ArrowWriter::try_new(Vec::new(), schema, Some(properties)).map_err(io::Error::from)
@@ -216,27 +231,20 @@ fn numbers(estimate: &ContactEstimate) -> [f32; NUMBERS] {
     ]
 }
 
-fn schema(feet: &Feet) -> Schema {
-    let foot = match feet {
-        Feet::One => None,
-        Feet::Several => Some(FOOT),
-    };
+fn schema(name: Option<&'static str>) -> Schema {
     let text = || DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
-    let field = |name: &str| {
-        let data_type = match name {
-            FOOT | "state" | "flags" => text(),
+    let field = |column: &str| {
+        let data_type = match column {
+            "state" | "flags" => text(),
             "t" => DataType::Float64,
             "decision" => DataType::UInt8,
             _ => DataType::Float32,
         };
-        Field::new(name, data_type, false)
+        Field::new(column, data_type, false)
     };
-    let fields: Vec<Field> = foot
-        .into_iter()
-        .chain(HEADER.split(','))
-        .map(field)
-        .collect();
-    Schema::new(fields)
+    let name = name.map(|name| Field::new(name, text(), false));
+    let fields = name.into_iter().chain(HEADER.split(',').map(field));
+    Schema::new(fields.collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! A recording through the estimator.
 
-use estimator_core::{ContactEstimate, ContactEstimator, Gravity, Learnt, Params, ParamsError};
+use estimator_core::{
+    AngularRate, ContactEstimate, ContactEstimator, Gravity, Learnt, Params, ParamsError,
+};
 
 use crate::recording::{RecordedSample, Recording};
 
@@ -29,6 +31,12 @@ impl Replay {
     /// The estimate of the next sample.
     pub fn update(&mut self, sample: &RecordedSample) -> ContactEstimate {
         self.0.update(&sample.imu, sample.load)
+    }
+
+    /// The gyroscope's bias at the newest sample, rad/s; `None` until the foot has been at rest.
+    #[must_use]
+    pub fn gyro_bias(&self) -> Option<AngularRate> {
+        self.0.gyro_bias()
     }
 
     /// What has been learnt from all samples.

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use estimator_core::{ContactEstimate, Learnt, Params, ParamsError};
+use estimator_core::{AngularRate, ContactEstimate, Learnt, Params, ParamsError};
 use recordings::events::{Event, Events};
 use recordings::input::Stored;
 use recordings::plausible::{Check, Finding};
@@ -67,6 +67,9 @@ pub struct Replayed {
     pub events: Option<Part>,
     /// What has been learnt about it.
     pub learnt: Learnt,
+    /// The gyroscope's bias where it was first known, and at the end; `None` where the foot never was at
+    /// rest.
+    pub gyro_bias: Option<[AngularRate; 2]>,
 }
 
 /// Why a foot cannot be estimated.
@@ -131,12 +134,16 @@ pub fn replay(
         observer,
     };
     let mut events = Events::default();
+    let mut gyro_bias = None;
     for sample in stored.samples()? {
         let sample = sample?;
         if wanted.span.is_before(sample.imu.timestamp) {
             break;
         }
         let estimate = replay.update(&sample);
+        if let Some(now) = replay.gyro_bias() {
+            gyro_bias.get_or_insert([now, now])[1] = now;
+        }
         check.add(&sample);
         check.add_estimate(&sample, &estimate);
         events.add(&estimate);
@@ -159,6 +166,7 @@ pub fn replay(
         table,
         events: found.table,
         learnt: replay.finish(),
+        gyro_bias,
     })
 }
 

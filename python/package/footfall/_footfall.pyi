@@ -1,6 +1,13 @@
 from typing import Any, final
 
-from ._settings import ReadDict, RecordingDict, SettingsDict, WalkDict
+from ._settings import (
+    BatchDict,
+    IdentityDict,
+    ReadDict,
+    RecordingDict,
+    SettingsDict,
+    WalkDict,
+)
 
 __version__: str
 STATES: list[str]
@@ -37,3 +44,15 @@ def estimate_file(
 ) -> list[dict[str, Any]]: ...
 def read(path: str, options: ReadDict) -> list[dict[str, Any]]: ...
 def simulate(walk: WalkDict) -> dict[str, Any]: ...
+def batch_recording(
+    path: str,
+    identity: IdentityDict,
+    options: ReadDict,
+    settings: SettingsDict,
+    batch: BatchDict,
+    out: str,
+) -> str: ...
+def batch_key(name: str) -> str: ...
+def batch_settings_hash(
+    options: ReadDict, settings: SettingsDict, batch: BatchDict
+) -> str: ...

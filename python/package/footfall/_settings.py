@@ -54,6 +54,23 @@ class ReadDict(TypedDict):
     times: str | None
 
 
+class IdentityDict(TypedDict):
+    """What a recording of a batch is called."""
+
+    name: str
+    robot: str
+    foot: str | None
+    day: str | None
+
+
+class BatchDict(TypedDict):
+    """What a batch is asked for beside, as the program's options have it."""
+
+    window: str | None
+    strict: bool
+    only_foot: str | None
+
+
 class WalkDict(TypedDict):
     """What is simulated."""
 

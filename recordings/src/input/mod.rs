@@ -45,7 +45,7 @@ mod names;
 mod open;
 pub mod options;
 #[cfg(feature = "containers")]
-mod parquet;
+pub(crate) mod parquet;
 pub mod pce;
 mod place;
 mod rate;

@@ -9,7 +9,7 @@
 //! | null | blank |
 
 mod column;
-mod guarded;
+pub(crate) mod guarded;
 
 use std::borrow::Cow;
 use std::fs::File;

@@ -13,7 +13,7 @@ thread_local! {
 ///
 /// parquet 60 asserts what a sound file has: that ranges are not negative and that levels of nulls are
 /// not empty, for instance.
-pub(super) fn guarded<T>(call: impl FnOnce() -> T) -> Option<T> {
+pub(crate) fn guarded<T>(call: impl FnOnce() -> T) -> Option<T> {
     static SILENCE: Once = Once::new();
     SILENCE.call_once(|| {
         let others = panic::take_hook();

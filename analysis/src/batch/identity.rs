@@ -1,0 +1,359 @@
+//! What a recording is called, and where its files go:
+//! `TABLE/robot=R/foot=F/day=YYYY-MM-DD/KEY.parquet`, as Hive names partitions.
+
+use std::fmt;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// What is said where something is not known.
+pub const UNKNOWN: &str = "unknown";
+
+/// The most bytes of a name that stand in the name of a file as they are. Systems allow 255.
+const LONGEST: usize = 96;
+
+/// As many hexadecimal digits of a hash tell names apart: of a million names, two have the same with a
+/// probability of 2 in a thousand million.
+const HASH_DIGITS: usize = 16;
+
+/// Microseconds in a day.
+const DAY_US: i64 = 86_400_000_000;
+
+/// The first time that counts as a date, 2001-09-09, µs since 1970: a clock that has run since it was switched
+/// on does not come so far.
+const FIRST_DATE_US: i64 = 1_000_000_000_000_000;
+
+/// The end of the times that count as a date, 2100-01-01, µs since 1970.
+const LAST_DATE_US: i64 = 4_102_444_800_000_000;
+
+/// What is known about a recording before it is read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// What the recording is called: its path below a folder that all have in common. Two recordings
+    /// have two names.
+    pub name: String,
+    /// The robot that was recorded.
+    pub robot: String,
+    /// The foot, where the recording has one only and does not name it; else the name's last part
+    /// without extension.
+    pub foot: Option<String>,
+    /// The day, where the recording's clock has none.
+    pub day: Option<Day>,
+}
+
+impl Identity {
+    /// Of a recording of which the name and the robot are known.
+    #[must_use]
+    pub fn new(name: &str, robot: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            robot: robot.to_owned(),
+            foot: None,
+            day: None,
+        }
+    }
+
+    /// The name of its files, without extension: the recording's name made safe, and a hash of it.
+    #[must_use]
+    pub fn key(&self) -> String {
+        let end = |text: &str| {
+            let from = text.len().saturating_sub(LONGEST);
+            text[from..].to_owned()
+        };
+        let safe: String = self.name.chars().map(safe_or_dash).collect();
+        // What tells recordings apart is at the end.
+        let safe = end(&safe);
+        format!(
+            "{}-{}",
+            safe.trim_matches(['-', '.']),
+            short_hash(&self.name)
+        )
+    }
+
+    /// The foot of a recording that has one and does not name it.
+    #[must_use]
+    pub fn only_foot(&self) -> String {
+        self.foot.clone().unwrap_or_else(|| stem(&self.name))
+    }
+}
+
+/// Where the files of one foot of a recording are, below the folder of a table.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Place {
+    /// The robot.
+    pub robot: String,
+    /// The foot.
+    pub foot: String,
+    /// The day as `YYYY-MM-DD`, or `unknown`.
+    pub day: String,
+    /// The name of the file without extension.
+    pub key: String,
+}
+
+impl Place {
+    /// The path of the file, below the folder of a table.
+    #[must_use]
+    pub fn path(&self) -> PathBuf {
+        let Self {
+            robot,
+            foot,
+            day,
+            key,
+        } = self;
+        [("robot", robot), ("foot", foot), ("day", day)]
+            .into_iter()
+            .map(|(name, value)| format!("{name}={}", encoded(value)))
+            .chain([format!("{key}.parquet")])
+            .collect()
+    }
+}
+
+/// A day in UTC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Day {
+    year: i64,
+    month: i64,
+    day: i64,
+}
+
+impl Day {
+    /// Of a time in µs since 1970; `None` where the clock does not count from there.
+    #[must_use]
+    pub fn of_clock(micros: i64) -> Option<Self> {
+        (FIRST_DATE_US..LAST_DATE_US)
+            .contains(&micros)
+            .then(|| civil_from_days(micros.div_euclid(DAY_US)))
+    }
+}
+
+impl FromStr for Day {
+    type Err = String;
+
+    /// Reads `YYYY-MM-DD` or `YYYYMMDD`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let error = || format!("{text:?} is no day: write YYYY-MM-DD, such as 2024-05-01");
+        let digits = match text.len() {
+            10 if text.as_bytes()[4] == b'-' && text.as_bytes()[7] == b'-' => text.replace('-', ""),
+            _ => text.to_owned(),
+        };
+        if digits.len() != 8 || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+            return Err(error());
+        }
+        let number = |range: std::ops::Range<usize>| digits[range].parse::<i64>();
+        let (Ok(year), Ok(month), Ok(day)) = (number(0..4), number(4..6), number(6..8)) else {
+            return Err(error());
+        };
+        let longest = match month {
+            2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
+            2 => 28,
+            4 | 6 | 9 | 11 => 30,
+            1..=12 => 31,
+            _ => 0,
+        };
+        if (1..=longest).contains(&day) {
+            Ok(Self { year, month, day })
+        } else {
+            Err(error())
+        }
+    }
+}
+
+impl fmt::Display for Day {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { year, month, day } = self;
+        write!(f, "{year:04}-{month:02}-{day:02}")
+    }
+}
+
+/// The date of a day counted from 1970 in the Gregorian calendar (Howard Hinnant, `civil_from_days`,
+/// <https://howardhinnant.github.io/date_algorithms.html>).
+fn civil_from_days(days: i64) -> Day {
+    let days = days + 719_468;
+    let era = days.div_euclid(146_097);
+    let day_of_era = days.rem_euclid(146_097);
+    let year_of_era =
+        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let month = if month_from_march < 10 {
+        month_from_march + 3
+    } else {
+        month_from_march - 9
+    };
+    Day {
+        year: year_of_era + era * 400 + i64::from(month <= 2),
+        month,
+        day: day_of_year - (153 * month_from_march + 2) / 5 + 1,
+    }
+}
+
+/// The last part of a name, without the extensions of a recording.
+fn stem(name: &str) -> String {
+    let last = name.rsplit('/').next().unwrap_or(name);
+    let path = Path::new(last);
+    let compressed = ["gz", "zst", "zstd"].iter().any(|known| {
+        path.extension()
+            .is_some_and(|extension| extension == *known)
+    });
+    let whole = if compressed {
+        Path::new(path.file_stem().unwrap_or_default())
+    } else {
+        path
+    };
+    let stem = whole.file_stem().unwrap_or_default().to_string_lossy();
+    if stem.is_empty() {
+        UNKNOWN.to_owned()
+    } else {
+        stem.into_owned()
+    }
+}
+
+fn is_safe(c: char) -> bool {
+    c.is_ascii_alphanumeric() || "-_.".contains(c)
+}
+
+fn safe_or_dash(c: char) -> char {
+    if is_safe(c) { c } else { '-' }
+}
+
+/// A value as Hive writes it in the name of a folder: what is not safe there as its bytes in hexadecimal
+/// after a percent sign. One that is too long ends with a hash.
+#[must_use]
+pub fn encoded(value: &str) -> String {
+    let value = if value.is_empty() { UNKNOWN } else { value };
+    let mut encoded = String::new();
+    for c in value.chars() {
+        let mut piece = String::new();
+        if is_safe(c) {
+            piece.push(c);
+        } else {
+            for byte in c.encode_utf8(&mut [0; 4]).bytes() {
+                // Writing to a string does not fail.
+                let _ = write!(piece, "%{byte:02X}");
+            }
+        }
+        if encoded.len() + piece.len() > LONGEST {
+            return format!("{encoded}~{}", short_hash(value));
+        }
+        encoded += &piece;
+    }
+    encoded
+}
+
+/// The first digits of a name's hash.
+fn short_hash(name: &str) -> String {
+    let mut hash = blake3::hash(name.as_bytes()).to_hex().to_string();
+    hash.truncate(HASH_DIGITS);
+    hash
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_look_alike_have_keys_of_their_own() {
+        let keys =
+            ["a/b.csv", "a-b.csv", "a b.csv", "A/b.csv"].map(|name| Identity::new(name, "r").key());
+        assert!(keys[0].starts_with("a-b.csv-"), "{}", keys[0]);
+        for (k, key) in keys.iter().enumerate() {
+            assert!(key.chars().all(is_safe), "{key}");
+            assert!(keys[..k].iter().all(|before| before != key), "{key}");
+        }
+    }
+
+    #[test]
+    fn the_key_of_a_long_name_is_that_of_its_end() {
+        let name = format!("{}/walk.csv", "ä".repeat(500));
+        let key = Identity::new(&name, "r").key();
+        assert!(
+            key.contains("walk.csv-") && key.len() <= LONGEST + 1 + HASH_DIGITS,
+            "{key}"
+        );
+        assert!(!Identity::new("", "r").key().is_empty());
+    }
+
+    #[test]
+    fn values_are_safe_names_of_folders() {
+        for (value, expected) in [
+            ("spot-1_a.b", "spot-1_a.b"),
+            ("a/left", "a%2Fleft"),
+            ("a=b %", "a%3Db%20%25"),
+            ("Füße", "F%C3%BC%C3%9Fe"),
+            ("..", ".."),
+            ("", "unknown"),
+        ] {
+            assert_eq!(encoded(value), expected);
+        }
+        let long = ["ä", "b"].map(|c| encoded(&c.repeat(400)));
+        for encoded in long {
+            assert!(encoded.len() <= LONGEST + 1 + HASH_DIGITS, "{encoded}");
+            assert!(
+                !encoded.contains('%') || encoded.starts_with("%C3%A4%C3%A4"),
+                "{encoded}"
+            );
+            assert!(!encoded.contains("%C3~"), "{encoded}");
+        }
+    }
+
+    #[test]
+    fn a_place_is_a_path_of_partitions() {
+        let place = Place {
+            robot: "spot 1".to_owned(),
+            foot: "fl".to_owned(),
+            day: "2024-05-01".to_owned(),
+            key: "walk".to_owned(),
+        };
+        let expected = "robot=spot%201/foot=fl/day=2024-05-01/walk.parquet";
+        assert_eq!(place.path(), Path::new(expected));
+    }
+
+    #[test]
+    fn days_are_those_of_the_calendar() {
+        // `date -u -d @…` of GNU coreutils.
+        for (seconds, day) in [
+            (951_825_600, None),
+            (1_000_000_000, Some("2001-09-09")),
+            (1_709_164_800, Some("2024-02-29")),
+            (1_714_607_999, Some("2024-05-01")),
+            (4_102_444_799, Some("2099-12-31")),
+            (4_102_444_800, None),
+            (0, None),
+            (-5, None),
+        ] {
+            let found = Day::of_clock(seconds * 1_000_000).map(|day| day.to_string());
+            assert_eq!(found.as_deref(), day, "{seconds}");
+        }
+    }
+
+    #[test]
+    fn a_day_is_read_as_it_is_written_and_without_dashes() {
+        for text in ["2024-02-29", "20240229"] {
+            assert_eq!(text.parse::<Day>().unwrap().to_string(), "2024-02-29");
+        }
+        for wrong in [
+            "",
+            "2023-02-29",
+            "2024-13-01",
+            "2024-1-1",
+            "24-05-01",
+            "2024-05-0ä",
+            "20240532",
+        ] {
+            assert!(wrong.parse::<Day>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_foot_without_a_name_has_that_of_its_file() {
+        for (name, foot) in [
+            ("spot/fl.csv", "fl"),
+            ("fl.csv.gz", "fl"),
+            ("walk_2024", "walk_2024"),
+            ("a/walk.v2.parquet", "walk.v2"),
+            ("", "unknown"),
+        ] {
+            assert_eq!(Identity::new(name, "r").only_foot(), foot);
+        }
+    }
+}

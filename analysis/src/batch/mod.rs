@@ -1,0 +1,25 @@
+//! Many recordings, one after the other or on many machines, into tables of Parquet.
+//!
+//! [`estimate_recording`] does all the work on one recording: a program calls it for each of a tree on the
+//! threads of one machine, a cluster on its machines. The bytes of its files depend on the recording, its
+//! identity, the settings and the version alone.
+//!
+//! | step | file |
+//! |---|---|
+//! | what a recording is called, and where its files go | [`identity`] |
+//! | what it is estimated with | [`settings`] |
+//! | whether a file is the one it was | [`fingerprint`] |
+//! | one recording: its samples and events as tables, then what it comes to | [`recording`] |
+//! | the row that says what it comes to | [`row`] |
+
+pub mod fingerprint;
+pub mod identity;
+pub mod recording;
+pub mod row;
+pub mod settings;
+mod tables;
+
+pub use identity::Identity;
+pub use recording::{BatchError, Progress, estimate_recording, estimate_recording_watched};
+pub use row::{Row, Status};
+pub use settings::{FeetWanted, Plausibility, Settings};

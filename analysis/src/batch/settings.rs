@@ -1,0 +1,198 @@
+//! What recordings are read and estimated with, and a hash of it.
+
+use estimator_core::{Params, WindowLength};
+use recordings::input::{
+    AccelerationUnit, Format, Hints, RateUnit, TableOptions, TimeUnit, Times, Topics,
+};
+use serde::Serialize;
+
+use crate::config::{GRAVITIES, Origins, Overrides, Preset, RateOrigin, word_of};
+use crate::parameters::{CorrectionReport, ParametersReport};
+
+/// What is done about a recording that is not plausible.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Plausibility {
+    /// Its findings are in its row.
+    #[default]
+    Reported,
+    /// It has failed.
+    Required,
+}
+
+/// Which feet of a recording are estimated.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum FeetWanted {
+    /// All that are read.
+    #[default]
+    All,
+    /// The one of this name.
+    Named(String),
+}
+
+/// What recordings are read and estimated with.
+#[derive(Debug, Default)]
+pub struct Settings {
+    /// Where the parameters start from.
+    pub preset: Preset,
+    /// The configuration file's name and text.
+    pub config: Option<(String, String)>,
+    /// What it sets.
+    pub overrides: Overrides,
+    /// The window, where it is set otherwise.
+    pub window: Option<WindowLength>,
+    /// The format of all recordings, where it is given.
+    pub format: Option<Format>,
+    /// What is known about the files beyond their format.
+    pub hints: Hints,
+    /// What is done about a recording that is not plausible.
+    pub plausibility: Plausibility,
+    /// Which feet are estimated. It changes no result, so it is no part of the hash.
+    pub feet: FeetWanted,
+}
+
+impl Settings {
+    /// The parameters for recordings of a format.
+    #[must_use]
+    pub fn params(&self, format: Format) -> Params {
+        let mut params = self.preset.params(format);
+        self.overrides.apply(&mut params);
+        if let Some(window) = self.window {
+            params.window = window;
+        }
+        params
+    }
+
+    /// Who set the parameters, for errors about a recording.
+    #[must_use]
+    pub fn origins<'a>(&'a self, recording: &'a str) -> Origins<'a> {
+        let (file, text) = match &self.config {
+            Some((file, text)) => (Some(file.as_str()), text.as_str()),
+            None => (None, ""),
+        };
+        Origins {
+            file,
+            text,
+            overrides: &self.overrides,
+            window: self.window,
+            recording,
+            sample_rate: match (self.hints.sample_rate, self.overrides.sample_rate_hz) {
+                (None, _) => RateOrigin::Recording,
+                (Some(given), Some(configured)) if given == configured => RateOrigin::Configuration,
+                (Some(_), _) => RateOrigin::Option,
+            },
+        }
+    }
+
+    /// The BLAKE3 hash, in hexadecimal, of all that results depend on beside the recording and the
+    /// version.
+    #[must_use]
+    pub fn blake3(&self) -> String {
+        let Hints {
+            sample_rate,
+            gravity,
+            correction,
+            table,
+            bag,
+        } = &self.hints;
+        let TableOptions {
+            mapping,
+            units,
+            time_unit,
+            times,
+        } = table;
+        let all = Hashed {
+            preset: self.preset.name(),
+            parameters: Format::ALL.map(|format| ParametersReport::of(&self.params(format))),
+            format: self.format.map(Format::name),
+            sample_rate: *sample_rate,
+            gravity: gravity.map(|gravity| word_of(&GRAVITIES, gravity)),
+            correction: CorrectionReport::from(correction),
+            map: mapping.to_string(),
+            acceleration: match units.acceleration {
+                AccelerationUnit::MetresPerSecondSquared => "m/s2",
+                AccelerationUnit::StandardGravity => "g",
+            },
+            rate: match units.rate {
+                RateUnit::RadiansPerSecond => "rad/s",
+                RateUnit::DegreesPerSecond => "dps",
+            },
+            time_unit: time_unit.map(TimeUnit::name),
+            times: match times {
+                Times::Keep => "keep",
+                Times::DropBad => "drop-bad",
+                Times::Rate => "rate",
+            },
+            topics: match &bag.topics {
+                Topics::TheOnly => None,
+                Topics::All => Some(Vec::new()),
+                Topics::Named(names) => Some(names.clone()),
+            },
+            loads: bag.loads.iter().map(ToString::to_string).collect(),
+            strict: self.plausibility == Plausibility::Required,
+        };
+        // Strings and numbers always become JSON.
+        let text = serde_json::to_vec(&all).unwrap_or_default();
+        blake3::hash(&text).to_string()
+    }
+}
+
+/// What the hash is of. Fields become JSON in their order here, whatever machine it is.
+#[derive(Serialize)]
+struct Hashed {
+    preset: &'static str,
+    /// For each format: those of a recording depend on it.
+    parameters: [ParametersReport; Format::ALL.len()],
+    format: Option<&'static str>,
+    sample_rate: Option<f32>,
+    gravity: Option<&'static str>,
+    correction: CorrectionReport,
+    map: String,
+    acceleration: &'static str,
+    rate: &'static str,
+    time_unit: Option<&'static str>,
+    times: &'static str,
+    /// All where it is empty, the only one where it is not there.
+    topics: Option<Vec<String>>,
+    loads: Vec<String>,
+    strict: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::Gravity;
+
+    #[test]
+    fn each_setting_changes_the_hash_and_the_choice_of_a_foot_does_not() {
+        let set = |change: fn(&mut Settings)| {
+            let mut settings = Settings::default();
+            change(&mut settings);
+            settings.blake3()
+        };
+        let unchanged = set(|_| ());
+        assert_eq!(
+            unchanged,
+            set(|s| s.feet = FeetWanted::Named("fl".to_owned()))
+        );
+        let changed = [
+            set(|s| s.preset = Preset::Paper),
+            set(|s| s.overrides = Overrides::parse("decision.threshold = 0.6", "x").unwrap()),
+            set(|s| s.window = Some(WindowLength::Samples(7))),
+            set(|s| s.format = Some(Format::Csv)),
+            set(|s| s.hints.sample_rate = Some(100.0)),
+            set(|s| s.hints.gravity = Some(Gravity::Removed)),
+            set(|s| s.hints.correction.gyroscope_bias.x = 1.0e-3),
+            set(|s| s.hints.table.mapping = "ax=a".parse().unwrap()),
+            set(|s| s.hints.table.units = "g".parse().unwrap()),
+            set(|s| s.hints.table.units = "dps".parse().unwrap()),
+            set(|s| s.hints.table.time_unit = Some("ms".parse().unwrap())),
+            set(|s| s.hints.table.times = Times::Rate),
+            set(|s| s.hints.bag.topics = Topics::All),
+            set(|s| s.hints.bag.loads = vec!["/load".parse().unwrap()]),
+            set(|s| s.plausibility = Plausibility::Required),
+        ];
+        for (k, hash) in changed.iter().enumerate() {
+            assert!(*hash != unchanged && !changed[..k].contains(hash), "{k}");
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! The tables of samples and events of one foot, and of its row.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use estimator_core::{ContactEstimate, Decision, Phase};
+use recordings::events::{Event, Kind};
+use recordings::parquet_output::ParquetEstimates;
+use recordings::parquet_rows::{DataType, Field, ParquetRows};
+use recordings::recording::RecordedSample;
+use serde::Serialize;
+
+use super::identity::Place;
+use super::row::Row;
+use crate::replay::foot::Observer;
+use crate::whole_file::WholeFile;
+
+/// The tables, by the names of their folders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Table {
+    Samples,
+    Events,
+    Recordings,
+}
+
+impl Table {
+    pub(super) const fn folder(self) -> &'static str {
+        match self {
+            Self::Samples => "samples",
+            Self::Events => "events",
+            Self::Recordings => "recordings",
+        }
+    }
+
+    /// Where the file of a foot is.
+    pub(super) fn path(self, out: &Path, place: &Place) -> PathBuf {
+        out.join(self.folder()).join(place.path())
+    }
+}
+
+/// The column of the recording's name in the tables of samples and events.
+const RECORDING: &str = "recording";
+
+/// A row of the table of events; the columns are those of [`recordings::events::HEADER`].
+#[derive(Serialize)]
+struct EventRow<'a> {
+    recording: &'a str,
+    t: f64,
+    event: &'static str,
+    duration: Option<f64>,
+    p_peak: f32,
+    distance: Option<f64>,
+}
+
+fn event_columns() -> Vec<Field> {
+    vec![
+        Field::new(RECORDING, DataType::Utf8, false),
+        Field::new("t", DataType::Float64, false),
+        Field::new("event", DataType::Utf8, false),
+        Field::new("duration", DataType::Float64, true),
+        Field::new("p_peak", DataType::Float32, false),
+        Field::new("distance", DataType::Float64, true),
+    ]
+}
+
+/// What is counted while a foot is estimated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Counts {
+    /// In the order of [`Phase::ALL`].
+    pub(super) states: [u64; Phase::ALL.len()],
+    pub(super) stable: u64,
+    pub(super) steps: u64,
+    pub(super) lift_offs: u64,
+    pub(super) slips: u64,
+    pub(super) slips_with_distance: u64,
+    pub(super) slip_distance_m: f64,
+}
+
+/// Writes the samples and events of a foot while it is estimated.
+pub(super) struct Writer<'a> {
+    recording: &'a str,
+    start_us: i64,
+    samples: ParquetEstimates<WholeFile>,
+    events: ParquetRows<WholeFile>,
+    /// The first failure; nothing is written after it.
+    written: io::Result<()>,
+    pub(super) counts: Counts,
+    /// Is told as many samples as have been estimated.
+    progress: &'a dyn Fn(u64),
+    estimated: u64,
+}
+
+/// As many samples are estimated between two reports of progress.
+const REPORTED_EVERY: u64 = 10_000;
+
+impl<'a> Writer<'a> {
+    pub(super) fn new(
+        out: &Path,
+        place: &Place,
+        recording: &'a str,
+        start_us: i64,
+        progress: &'a dyn Fn(u64),
+    ) -> io::Result<Self> {
+        let samples = create(&Table::Samples.path(out, place))?;
+        let events = create(&Table::Events.path(out, place))?;
+        Ok(Self {
+            recording,
+            start_us,
+            samples: ParquetEstimates::with_name(samples, Some(RECORDING))?,
+            events: ParquetRows::new(events, event_columns())?,
+            written: Ok(()),
+            counts: Counts::default(),
+            progress,
+            estimated: 0,
+        })
+    }
+
+    /// Gives the files their names.
+    pub(super) fn finish(self) -> io::Result<()> {
+        self.written?;
+        self.samples.finish()?.finish()?;
+        self.events.finish()?.finish()
+    }
+
+    fn write_event(&mut self, event: &Event) -> io::Result<()> {
+        let seconds = |micros: i128| micros as f64 / 1.0e6;
+        let since_start = i128::from(event.time.as_micros());
+        self.events.add(&EventRow {
+            recording: self.recording,
+            t: seconds(since_start + i128::from(self.start_us)),
+            event: event.kind.name(),
+            duration: event.duration_us.map(|micros| seconds(micros.into())),
+            p_peak: event.peak,
+            distance: event.distance_m,
+        })
+    }
+}
+
+impl Observer for Writer<'_> {
+    fn estimated(&mut self) {
+        self.estimated += 1;
+        if self.estimated.is_multiple_of(REPORTED_EVERY) {
+            (self.progress)(self.estimated);
+        }
+    }
+
+    fn add(&mut self, _: &RecordedSample, estimate: &ContactEstimate) {
+        for (count, phase) in self.counts.states.iter_mut().zip(Phase::ALL) {
+            *count += u64::from(estimate.phase == phase);
+        }
+        self.counts.stable += u64::from(estimate.decision == Decision::Stable);
+        if self.written.is_ok() {
+            let name = Some(self.recording);
+            self.written = self.samples.add(name, estimate, self.start_us);
+        }
+    }
+
+    fn add_event(&mut self, event: &Event) {
+        let counts = &mut self.counts;
+        match event.kind {
+            Kind::TouchDown => counts.steps += 1,
+            Kind::LiftOff => counts.lift_offs += 1,
+            Kind::SlipStart => {
+                counts.slips += 1;
+                if let Some(distance) = event.distance_m {
+                    counts.slips_with_distance += 1;
+                    counts.slip_distance_m += distance;
+                }
+            }
+            Kind::SlipEnd => {}
+        }
+        if self.written.is_ok() {
+            self.written = self.write_event(event);
+        }
+    }
+}
+
+/// Writes the row of a foot.
+pub(super) fn write_row(path: &Path, row: &Row) -> io::Result<()> {
+    let mut table = ParquetRows::new(create(path)?, Row::columns())?;
+    table.add(row)?;
+    table.finish()?.finish()
+}
+
+/// Begins a file in a folder that is made where it is not there.
+fn create(path: &Path) -> io::Result<WholeFile> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    WholeFile::create(path)
+}
+
+/// Removes a file, if it is there.
+pub(super) fn remove(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}

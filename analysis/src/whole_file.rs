@@ -1,0 +1,130 @@
+//! Files that are there whole or not at all: written under a name of their own, then renamed.
+//!
+//! The name begins with a point and ends in `.part`, so that readers of a folder pass over what is not
+//! complete.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// What names of unfinished files end in.
+const PART: &str = ".part";
+
+/// A file that is being written, next to where it belongs. It is removed unless it is [finished].
+///
+/// [finished]: Self::finish
+pub struct WholeFile {
+    to: BufWriter<File>,
+    unfinished: Unfinished,
+    path: PathBuf,
+}
+
+impl WholeFile {
+    /// Begins a file, in a folder that is there. What has its name stays until it is finished.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        // Where the name is a link, what it points to is replaced, not the link.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let unfinished = Unfinished::new(&path);
+        Ok(Self {
+            to: BufWriter::new(File::create(&unfinished.0)?),
+            unfinished,
+            path,
+        })
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.to.flush()?;
+        fs::rename(&self.unfinished.0, &self.path)
+    }
+}
+
+impl Write for WholeFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.to.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+}
+
+/// The name of an unfinished file, which is removed with it.
+struct Unfinished(PathBuf);
+
+/// Those that there are. Whoever has them locked keeps others from being begun.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn all_unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Unfinished {
+    fn new(path: &Path) -> Self {
+        let mut name = std::ffi::OsString::from(".");
+        name.push(path.file_name().unwrap_or_default());
+        name.push(format!(".{}{PART}", std::process::id()));
+        let unfinished = path.with_file_name(name);
+        all_unfinished().push(unfinished.clone());
+        Self(unfinished)
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // After success there is nothing under this name. After a failure the first error counts; that
+        // nothing could be tidied up adds nothing to it.
+        let _ = fs::remove_file(&self.0);
+        all_unfinished().retain(|path| *path != self.0);
+    }
+}
+
+/// Whether this is the name of an unfinished file, such as a process has left that was killed.
+#[must_use]
+pub fn is_unfinished(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.starts_with('.') && name.ends_with(PART)
+}
+
+/// Removes the unfinished files of this process, and then ends it with this code. Until then no other
+/// is begun.
+pub fn remove_unfinished_and_exit(code: i32) -> ! {
+    let unfinished = all_unfinished();
+    for path in unfinished.iter() {
+        let _ = fs::remove_file(path);
+    }
+    std::process::exit(code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_has_its_name_when_it_is_finished_and_is_gone_where_it_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.parquet");
+        let names = || -> Vec<PathBuf> {
+            let entries = fs::read_dir(folder.path()).unwrap();
+            entries.map(|entry| entry.unwrap().path()).collect()
+        };
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_all(b"one").unwrap();
+        assert!(names().iter().all(|name| is_unfinished(name)) && names().len() == 1);
+        file.finish().unwrap();
+        assert_eq!(names(), [path.clone()]);
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_all(b"two").unwrap();
+        drop(file);
+        assert_eq!(names(), [path.clone()]);
+        assert_eq!(fs::read(&path).unwrap(), b"one");
+        assert!(!is_unfinished(&path));
+    }
+}
