@@ -119,11 +119,11 @@ mod tests {
         file.write_all(b"one").unwrap();
         assert!(names().iter().all(|name| is_unfinished(name)) && names().len() == 1);
         file.finish().unwrap();
-        assert_eq!(names(), [path.clone()]);
+        assert_eq!(names(), std::slice::from_ref(&path));
         let mut file = WholeFile::create(&path).unwrap();
         file.write_all(b"two").unwrap();
         drop(file);
-        assert_eq!(names(), [path.clone()]);
+        assert_eq!(names(), std::slice::from_ref(&path));
         assert_eq!(fs::read(&path).unwrap(), b"one");
         assert!(!is_unfinished(&path));
     }

@@ -1,6 +1,6 @@
 //! How a result gets to disk, and why it may not.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -180,6 +180,7 @@ pub const INTERRUPTED: i32 = 130;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn a_failure_halfway_leaves_what_was_there_before() {

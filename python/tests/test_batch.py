@@ -47,7 +47,8 @@ def test_a_recording_is_written_as_partitions_that_pyarrow_reads(tmp_path: Path)
     assert row["key"] == _footfall.batch_key("logs/spot 1/fl.csv")
     assert row["settings_blake3"] == _footfall.batch_settings_hash(OPTIONS, SETTINGS, BATCH)
 
-    estimate = footfall.read(str(path)).estimate()
+    (recording,) = footfall.read(str(path))
+    estimate = recording.estimate()
     samples = ds.dataset(out / "samples", partitioning="hive").to_table()
     assert samples["robot"].unique().to_pylist() == ["spot 1"]
     assert samples["day"].unique().to_pylist() == ["2024-05-01"]

@@ -139,9 +139,9 @@ columns! {
     /// What was found in a foot's recording.
     #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
     pub struct Found {
-        /// How the recording is laid out, as --format has it.
+        /// How the recording is laid out, as `--format` has it.
         format: String,
-        /// Where the parameters started from, as --preset has it.
+        /// Where the parameters started from, as `--preset` has it.
         preset: String,
         /// All parameters in force, as a JSON object.
         parameters: String,
@@ -169,15 +169,15 @@ columns! {
         findings: Vec<String>,
         /// The same as sentences, in the same order.
         finding_messages: Vec<String>,
-        /// Time in the state stance, s.
+        /// Time in the state `stance`, s.
         stance_s: f64,
-        /// Time in the state slip, s.
+        /// Time in the state `slip`, s.
         slip_s: f64,
-        /// Time in the state swing, s.
+        /// Time in the state `swing`, s.
         swing_s: f64,
-        /// Time in the state quiet_swing, s.
+        /// Time in the state `quiet_swing`, s.
         quiet_swing_s: f64,
-        /// Time in the state unknown, as without a load, s.
+        /// Time in the state `unknown`, as without a load, s.
         unknown_s: f64,
         /// Time in which the decision is stable, s.
         stable_s: f64,
@@ -191,19 +191,19 @@ columns! {
         slip_distance_m: f64,
         /// Slips that did not end in the recording, or in which a sample was missing or in doubt.
         slips_without_distance: u64,
-        /// Samples with the flag window_not_full.
+        /// Samples with the flag `window_not_full`.
         window_not_full_samples: u64,
-        /// Samples with the flag attitude_not_initialised.
+        /// Samples with the flag `attitude_not_initialised`.
         attitude_not_initialised_samples: u64,
-        /// Samples with the flag saturated.
+        /// Samples with the flag `saturated`.
         saturated_samples: u64,
-        /// Samples with the flag stale.
+        /// Samples with the flag `stale`.
         stale_samples: u64,
-        /// Samples with the flag invalid_sample.
+        /// Samples with the flag `invalid_sample`.
         invalid_sample_samples: u64,
-        /// Samples with the flag time_gap.
+        /// Samples with the flag `time_gap`.
         time_gap_samples: u64,
-        /// Samples with the flag settling.
+        /// Samples with the flag `settling`.
         settling_samples: u64,
         /// Samples with a label.
         labelled_samples: u64,

@@ -3,6 +3,7 @@
 //! | step | file |
 //! |---|---|
 //! | the formats by name, files by their first bytes, and how a file is opened | `format`, `magic`, `foreign`, `open`, this one |
+//! | recordings among other files | `candidate` |
 //! | gzip and zstd, what separates columns, rows of cells with their line numbers | `compressed`, `lines`, `head`, `table` |
 //! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock`, `rate`, `time` |
 //! | `parquet`: the same columns | `parquet` |
@@ -23,6 +24,7 @@
 
 #[cfg(feature = "containers")]
 mod bag;
+mod candidate;
 mod cells;
 mod clock;
 pub mod compressed;
@@ -63,6 +65,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+pub use candidate::{is_recording, is_rosbag2};
 pub use correction::Correction;
 pub use error::{Cell, HeaderSlip, InputError, Place, Suggestion};
 pub use foreign::Foreign;

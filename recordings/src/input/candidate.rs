@@ -1,0 +1,109 @@
+//! Whether a file among many is a recording, by its name and its first bytes.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::Path;
+
+use super::Opened;
+use super::format::Format;
+use super::magic::{self, Known};
+
+/// Extensions that only recordings have. A file of this name that is none is an error.
+const OF_RECORDINGS: [&str; 5] = ["csv", "tsv", "parquet", "mcap", "db3"];
+
+/// Extensions of any text.
+const OF_TEXTS: [&str; 2] = ["txt", "dat"];
+
+/// Extensions of compressed files, which come after those of what is in them.
+const OF_COMPRESSED: [&str; 3] = ["gz", "zst", "zstd"];
+
+/// The file with which rosbag2 describes its folder.
+const METADATA: &str = "metadata.yaml";
+
+/// Whether a file is a recording, as far as its name and its first bytes show. Where a format is
+/// given, every text may be one.
+///
+/// # Errors
+/// It cannot be read.
+pub fn is_recording(path: &Path, format: Option<Format>) -> io::Result<bool> {
+    let extension = extension(path);
+    if OF_RECORDINGS.contains(&extension.as_str()) {
+        return Ok(true);
+    }
+    let mut first = Vec::new();
+    let file = File::open(path)?;
+    file.take(magic::LENGTH as u64).read_to_end(&mut first)?;
+    Ok(match magic::known(&first) {
+        // Many programs have databases of SQLite.
+        Some(Known::Container(format)) => format != Format::Rosbag2,
+        Some(Known::Foreign(_)) => false,
+        None if OF_TEXTS.contains(&extension.as_str()) => {
+            format.is_some() || Opened::new(path, None).is_ok()
+        }
+        None => false,
+    })
+}
+
+/// Whether a folder is that of a rosbag2.
+#[must_use]
+pub fn is_rosbag2(folder: &Path) -> bool {
+    let is_bag = |name: &Path| ["mcap", "db3"].contains(&extension(name).as_str());
+    folder.join(METADATA).is_file()
+        && fs::read_dir(folder)
+            .is_ok_and(|entries| entries.flatten().any(|entry| is_bag(&entry.path())))
+}
+
+/// The extension of a file in small letters; that of what is in it where it is compressed.
+fn extension(path: &Path) -> String {
+    let of = |path: &Path| {
+        let extension = path.extension().unwrap_or_default();
+        extension.to_string_lossy().to_ascii_lowercase()
+    };
+    let outer = of(path);
+    if OF_COMPRESSED.contains(&outer.as_str()) {
+        of(Path::new(path.file_stem().unwrap_or_default()))
+    } else {
+        outer
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recordings_are_known_among_other_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = "t,ax,ay,az,wx,wy,wz\n0,0,0,9.8,0,0,0\n";
+        for (name, content, format, expected) in [
+            ("walk.csv", table, None, true),
+            ("empty.CSV", "", None, true),
+            ("walk.csv.gz", "", None, true),
+            ("walk.mcap", "damaged", None, true),
+            ("walk", "PAR1", None, true),
+            ("walk.bin", "\u{89}MCAP0", None, false),
+            ("thumbs.db", "SQLite format 3\0", None, false),
+            ("walk.txt", table, None, true),
+            ("README.txt", "Walks of May, on gravel.\n", None, false),
+            ("atlas.txt", "1 2 3\n", Some(Format::PceAtlas), true),
+            ("README", table, None, false),
+            ("README.md", "# Walks", Some(Format::PceAtlas), false),
+            ("walk.png", "\u{89}PNG", None, false),
+            ("empty", "", None, false),
+        ] {
+            let path = folder.path().join(name);
+            fs::write(&path, content).unwrap();
+            assert_eq!(is_recording(&path, format).unwrap(), expected, "{name}");
+        }
+        assert!(is_recording(&folder.path().join("absent"), None).is_err());
+    }
+
+    #[test]
+    fn a_folder_of_bags_is_a_rosbag2_where_it_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("walk_0.db3.zstd"), "").unwrap();
+        assert!(!is_rosbag2(folder.path()));
+        fs::write(folder.path().join(METADATA), "").unwrap();
+        assert!(is_rosbag2(folder.path()));
+    }
+}
