@@ -2,6 +2,8 @@
 
 use std::io;
 
+use analysis::batch::BatchError;
+use analysis::batch::sources::NoSource;
 use analysis::calibrate::CalibrationError;
 use analysis::config::{ConfigError, Refusal};
 use analysis::replay::foot::ReplayError;
@@ -83,6 +85,20 @@ pub enum Error {
     /// The samples or rows cannot be kept while they are worked on.
     #[error(transparent)]
     Replay(#[from] ReplayError),
+    /// The results of a batch cannot be written, or its temporary files.
+    #[error(transparent)]
+    Batch(#[from] BatchError),
+    /// A source of a batch is not there.
+    #[error(transparent)]
+    NoSource(#[from] NoSource),
+    /// Recordings of a batch have failed, as was said.
+    #[error("{failed} of {recordings} recordings failed")]
+    Failed {
+        /// How many.
+        failed: usize,
+        /// Of how many.
+        recordings: usize,
+    },
     /// A result could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),

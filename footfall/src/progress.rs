@@ -26,6 +26,12 @@ impl Bars {
     pub fn estimating(&self, samples: u64) -> ProgressBar {
         self.0.add(bar("estimating", samples, LONG_RECORDING))
     }
+
+    /// A bar over the bytes of all recordings of a batch.
+    #[must_use]
+    pub fn batch(&self, bytes: u64) -> ProgressBar {
+        self.0.add(bar("batch", bytes, LONG_FILE))
+    }
 }
 
 /// [`Opened::new`], with a bar while the file is read; `-` is standard input.

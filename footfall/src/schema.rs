@@ -15,6 +15,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::attitude::AttitudeReport;
+use crate::commands::batch::BatchReport;
 use scoring::Evaluation;
 
 /// The kinds of objects that are printed.
@@ -22,6 +23,8 @@ use scoring::Evaluation;
 pub enum Kind {
     /// Of `footfall replay --json`
     Replay,
+    /// Of `footfall batch --json`
+    Batch,
     /// Of `footfall calibrate --json`
     Calibrate,
     /// Of `footfall calibrate --rests --json`
@@ -36,8 +39,9 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Replay,
+        Self::Batch,
         Self::Calibrate,
         Self::CalibrateRests,
         Self::Decode,
@@ -50,6 +54,7 @@ impl Kind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Replay => "replay",
+            Self::Batch => "batch",
             Self::Calibrate => "calibrate",
             Self::CalibrateRests => "calibrate-rests",
             Self::Decode => "decode",
@@ -63,6 +68,7 @@ impl Kind {
     pub const fn id(self) -> &'static str {
         match self {
             Self::Replay => "urn:footfall:replay:1",
+            Self::Batch => "urn:footfall:batch:1",
             Self::Calibrate => "urn:footfall:calibrate:1",
             Self::CalibrateRests => "urn:footfall:calibrate-rests:1",
             Self::Decode => "urn:footfall:decode:1",
@@ -76,6 +82,7 @@ impl Kind {
     pub fn text(self) -> String {
         let schema = match self {
             Self::Replay => schema::<Summaries>(),
+            Self::Batch => schema::<BatchReport>(),
             Self::Calibrate => schema::<WithInputs<LearntFoot>>(),
             Self::CalibrateRests => schema::<WithInputs<SensorCalibration>>(),
             Self::Decode => schema::<decode::Report>(),
@@ -94,6 +101,10 @@ pub trait Described: Serialize + JsonSchema {
 
 impl Described for Summaries {
     const KIND: Kind = Kind::Replay;
+}
+
+impl Described for BatchReport {
+    const KIND: Kind = Kind::Batch;
 }
 
 impl Described for WithInputs<LearntFoot> {

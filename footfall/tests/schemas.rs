@@ -136,6 +136,13 @@ fn every_object_is_as_its_schema_says() {
             &bench.stdout(&format!("replay {arguments} --json")),
         );
     }
+    fs::write(bench.path("broken.csv"), "t,ax\n0,0\n").expect("a file");
+    let all = "batch . --out out --json";
+    objects.add(Kind::Batch, &bench.stdout(&format!("{all} --dry-run")));
+    // Some of these fail, and their rows are in the report all the same.
+    for _ in 0..2 {
+        objects.add(Kind::Batch, &common::text(&bench.run(all).stdout));
+    }
     objects.add(Kind::Calibrate, &bench.stdout("calibrate walk.csv --json"));
     objects.add(
         Kind::CalibrateRests,

@@ -9,8 +9,8 @@ use std::str::FromStr;
 /// What is said where something is not known.
 pub const UNKNOWN: &str = "unknown";
 
-/// The most bytes of a name that stand in the name of a file as they are. Systems allow 255.
-const LONGEST: usize = 96;
+/// The most bytes of a name or value that stand in the name of a file or folder. Systems allow 255.
+const LONGEST: usize = 200;
 
 /// As many hexadecimal digits of a hash tell names apart: of a million names, two have the same with a
 /// probability of 2 in a thousand million.
@@ -165,6 +165,11 @@ impl fmt::Display for Day {
     }
 }
 
+/// A day, as it is in a path.
+pub(super) fn day_or_unknown(day: Option<Day>) -> String {
+    day.map_or_else(|| UNKNOWN.to_owned(), |day| day.to_string())
+}
+
 /// The date of a day counted from 1970 in the Gregorian calendar (Howard Hinnant, `civil_from_days`,
 /// <https://howardhinnant.github.io/date_algorithms.html>).
 fn civil_from_days(days: i64) -> Day {
@@ -240,6 +245,29 @@ pub fn encoded(value: &str) -> String {
     encoded
 }
 
+/// A value from the name of a folder, as [`encoded`] writes it; a long one is not what it was.
+pub(super) fn decoded(text: &str) -> String {
+    let mut bytes = Vec::new();
+    let mut rest = text.as_bytes();
+    while let Some((first, after)) = rest.split_first() {
+        let hexadecimal = after
+            .get(..2)
+            .and_then(|digits| str::from_utf8(digits).ok());
+        let byte = hexadecimal.and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        match byte.filter(|_| *first == b'%') {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &after[2..];
+            }
+            None => {
+                bytes.push(*first);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
 /// The first digits of a name's hash.
 fn short_hash(name: &str) -> String {
     let mut hash = blake3::hash(name.as_bytes()).to_hex().to_string();
@@ -284,6 +312,10 @@ mod tests {
             ("", "unknown"),
         ] {
             assert_eq!(encoded(value), expected);
+            assert_eq!(
+                decoded(expected),
+                if value.is_empty() { UNKNOWN } else { value }
+            );
         }
         let long = ["ä", "b"].map(|c| encoded(&c.repeat(400)));
         for encoded in long {

@@ -6,17 +6,24 @@
 //!
 //! | step | file |
 //! |---|---|
+//! | the recordings of a tree; what their paths say | [`sources`], [`pattern`] |
 //! | what a recording is called, and where its files go | [`identity`] |
 //! | what it is estimated with | [`settings`] |
 //! | whether a file is the one it was | [`fingerprint`] |
 //! | one recording: its samples and events as tables, then what it comes to | [`recording`] |
 //! | the row that says what it comes to | [`row`] |
+//! | what is in the folder of results | `index` |
+//! | all recordings: what is up to date, and the rest on all cores | [`run`] |
 
 pub mod fingerprint;
 pub mod identity;
+mod index;
+pub mod pattern;
 pub mod recording;
 pub mod row;
+pub mod run;
 pub mod settings;
+pub mod sources;
 mod tables;
 
 pub use identity::Identity;

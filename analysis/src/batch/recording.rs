@@ -11,7 +11,7 @@ use recordings::plausible::Finding;
 use thiserror::Error;
 
 use super::fingerprint::Fingerprint;
-use super::identity::{Day, Identity, Place, UNKNOWN};
+use super::identity::{Day, Identity, Place, day_or_unknown};
 use super::row::{Found, Origin, Row, Status};
 use super::settings::{FeetWanted, Plausibility, Settings};
 use super::tables::{self, Counts, Table, Writer};
@@ -228,7 +228,7 @@ impl Work<'_> {
         let place = Place {
             robot: self.identity.robot.clone(),
             foot: self.foot(stored),
-            day: day.map_or_else(|| UNKNOWN.to_owned(), |day| day.to_string()),
+            day: day_or_unknown(day),
             key: self.key.clone(),
         };
         self.change(Table::Recordings, &place, tables::remove)?;
@@ -372,7 +372,7 @@ impl Work<'_> {
                 FeetWanted::All => self.identity.only_foot(),
                 FeetWanted::Named(foot) => foot.clone(),
             },
-            day: (self.identity.day).map_or_else(|| UNKNOWN.to_owned(), |day| day.to_string()),
+            day: day_or_unknown(self.identity.day),
             key: self.key.clone(),
         };
         let fingerprint = fingerprint.filter(|_| for_good);

@@ -25,6 +25,8 @@ pub(super) enum Table {
 }
 
 impl Table {
+    pub(super) const ALL: [Self; 3] = [Self::Samples, Self::Events, Self::Recordings];
+
     pub(super) const fn folder(self) -> &'static str {
         match self {
             Self::Samples => "samples",

@@ -3,6 +3,7 @@
 //! | command | file |
 //! |---|---|
 //! | `replay` | [`replay`] |
+//! | `batch` | [`batch`] |
 //! | `demo` | [`demo`] |
 //! | `decode` | [`decode`] |
 //! | `monitor` | [`monitor`] |
@@ -18,6 +19,7 @@
 //! | what the commands that read recordings share | [`recording`] |
 
 pub mod attitude;
+pub mod batch;
 pub mod calibrate;
 pub mod config;
 pub mod decode;
@@ -38,14 +40,15 @@ use decode::DecodeArguments;
 use crate::error::Error;
 use crate::messages::{Verbosity, set_verbosity};
 use attitude::AttitudeArguments;
+use batch::BatchArguments;
 use calibrate::CalibrateArguments;
 use config::ConfigArguments;
 use demo::DemoArguments;
 use evaluate::EvaluateArguments;
 use explain::ExplainArguments;
 use headings::{
-    CALIBRATE_EXAMPLES, COMPLETIONS_EXAMPLES, CONFIG_EXAMPLES, EXAMPLES, EXIT_CODES, MAN_EXAMPLES,
-    REPLAY_EXAMPLES,
+    BATCH_EXAMPLES, CALIBRATE_EXAMPLES, COMPLETIONS_EXAMPLES, CONFIG_EXAMPLES, EXAMPLES,
+    EXIT_CODES, MAN_EXAMPLES, REPLAY_EXAMPLES,
 };
 use monitor::MonitorArguments;
 use record::RecordArguments;
@@ -80,6 +83,10 @@ pub enum Command {
     /// Replay a recording: probabilities to a table, a picture and a summary
     #[command(after_help = REPLAY_EXAMPLES)]
     Replay(ReplayArguments),
+    /// Estimate all recordings of folders: samples, events and summaries as Parquet, partitioned by robot,
+    /// foot and day. A second run does only what is missing or has changed
+    #[command(after_help = BATCH_EXAMPLES)]
+    Batch(BatchArguments),
     /// Make a walking foot with a simulated LSM6DSOX, estimate, and write that and what the foot
     /// sends of it; needs no files
     Demo(DemoArguments),
@@ -131,6 +138,7 @@ impl Arguments {
             .unwrap_or_else(|| Command::Demo(DemoArguments::default()));
         match command {
             Command::Replay(arguments) => arguments.run(),
+            Command::Batch(arguments) => arguments.run(),
             Command::Demo(arguments) => arguments.run(),
             Command::Decode(arguments) => arguments.run(),
             Command::Monitor(arguments) => arguments.run(),

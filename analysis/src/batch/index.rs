@@ -1,0 +1,162 @@
+//! What is in the folder of results: files by the key of their recording.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use recordings::parquet_rows::read;
+use walkdir::WalkDir;
+
+use super::identity::decoded;
+use super::row::{Row, Status};
+use super::tables::Table;
+use crate::whole_file::is_unfinished;
+
+/// The files of all recordings below a folder of results.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Index {
+    out: PathBuf,
+    /// Paths by the key of their recording.
+    files: BTreeMap<String, BTreeSet<PathBuf>>,
+    /// What was left by a process that was killed.
+    unfinished: Vec<PathBuf>,
+}
+
+impl Index {
+    /// Looks through a folder, which need not be there.
+    pub(super) fn of(out: &Path) -> Self {
+        let mut index = Self {
+            out: out.to_owned(),
+            ..Self::default()
+        };
+        for table in Table::ALL {
+            // What cannot be read has no results; that they cannot be written will be said.
+            for entry in WalkDir::new(out.join(table.folder())).into_iter().flatten() {
+                let path = entry.path();
+                if !entry.file_type().is_file() {
+                    continue;
+                }
+                if is_unfinished(path) {
+                    index.unfinished.push(path.to_owned());
+                } else if path
+                    .extension()
+                    .is_some_and(|extension| extension == "parquet")
+                {
+                    let key = path.file_stem().unwrap_or_default().to_string_lossy();
+                    let files = index.files.entry(key.into_owned()).or_default();
+                    files.insert(path.to_owned());
+                }
+            }
+        }
+        index
+    }
+
+    /// The keys of all recordings.
+    pub(super) fn keys(&self) -> impl Iterator<Item = &String> {
+        self.files.keys()
+    }
+
+    /// The rows of a recording, where all of its files are there and no others; each with its path below
+    /// the folder of a table.
+    pub(super) fn complete_rows(&self, key: &str) -> Result<Vec<(PathBuf, Row)>, Incomplete> {
+        let files = self.files.get(key).ok_or(Incomplete::Missing)?;
+        let folder = self.out.join(Table::Recordings.folder());
+        let mut rows = Vec::new();
+        for file in files {
+            if let Ok(below) = file.strip_prefix(&folder) {
+                let row = read_row(file, below).ok_or(Incomplete::Unfinished)?;
+                rows.push((below.to_owned(), row));
+            }
+        }
+        let expected = rows.iter().flat_map(|(below, row)| {
+            let tables: &[Table] = match row.origin.status {
+                Status::Done => &Table::ALL,
+                Status::Failed => &[Table::Recordings],
+            };
+            tables
+                .iter()
+                .map(move |table| self.out.join(table.folder()).join(below))
+        });
+        let expected: BTreeSet<PathBuf> = expected.collect();
+        let mut feet = rows.iter().map(|(_, row)| row.origin.feet);
+        let is_whole = feet.all(|feet| feet == rows.len() as u64);
+        if rows.is_empty() || !is_whole || expected != *files {
+            return Err(Incomplete::Unfinished);
+        }
+        Ok(rows)
+    }
+
+    /// The name of a recording that has any row, and the number of its files.
+    pub(super) fn about(&self, key: &str) -> (Option<String>, usize) {
+        let folder = self.out.join(Table::Recordings.folder());
+        let files = self.files.get(key);
+        let mut rows = files.into_iter().flatten().filter_map(|file| {
+            let below = file.strip_prefix(&folder).ok()?;
+            read_row(file, below)
+        });
+        let name = rows.next().map(|row| row.origin.recording);
+        (name, files.map_or(0, BTreeSet::len))
+    }
+
+    /// Removes all files of a recording: rows first, so that what is half removed does not pass for
+    /// done.
+    pub(super) fn remove(&self, key: &str) -> Result<(), (PathBuf, io::Error)> {
+        let folder = self.out.join(Table::Recordings.folder());
+        let files = self.files.get(key).into_iter().flatten();
+        let (rows, others): (Vec<_>, Vec<_>) = files.partition(|file| file.starts_with(&folder));
+        rows.into_iter().chain(others).try_for_each(remove)
+    }
+
+    /// Removes what was left by a process that was killed.
+    pub(super) fn remove_unfinished(&self) -> Result<(), (PathBuf, io::Error)> {
+        self.unfinished.iter().try_for_each(remove)
+    }
+}
+
+/// Why a recording has to be estimated, as far as its files show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Incomplete {
+    /// There are none.
+    Missing,
+    /// Some are not there or cannot be read, or there are others.
+    Unfinished,
+}
+
+/// Removes folders in which there is nothing any more.
+pub(super) fn remove_empty_folders(out: &Path) {
+    for table in Table::ALL {
+        let folder = out.join(table.folder());
+        let entries = WalkDir::new(&folder).contents_first(true).into_iter();
+        for entry in entries.flatten() {
+            if entry.file_type().is_dir() {
+                // Of one that is not empty, this fails.
+                let _ = fs::remove_dir(entry.path());
+            }
+        }
+    }
+}
+
+fn remove(path: &PathBuf) -> Result<(), (PathBuf, io::Error)> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err((path.clone(), error)),
+        _ => Ok(()),
+    }
+}
+
+/// The row in a file, of which robot, foot and day are in its path.
+fn read_row(file: &Path, below: &Path) -> Option<Row> {
+    let mut rows: Vec<Row> = read(File::open(file).ok()?).ok()?;
+    let row = rows.pop().filter(|_| rows.is_empty())?;
+    let mut partitions = below.components().map(|part| {
+        let part = part.as_os_str().to_string_lossy();
+        part.split_once('=').map(|(_, value)| decoded(value))
+    });
+    let mut next = || partitions.next().flatten();
+    Some(Row {
+        robot: next()?,
+        foot: next()?,
+        day: next()?,
+        ..row
+    })
+}

@@ -1,0 +1,275 @@
+//! The recordings in trees of folders, and those that are named.
+
+use std::collections::{HashMap, HashSet};
+use std::fs;
+use std::io;
+use std::path::{Component, Path, PathBuf};
+
+use recordings::input::{Format, is_recording, is_rosbag2};
+use schemars::JsonSchema;
+use serde::Serialize;
+use thiserror::Error;
+use walkdir::{DirEntry, WalkDir};
+
+use super::fingerprint;
+use super::identity::{Identity, UNKNOWN};
+use super::pattern::PathPattern;
+
+/// How recordings are looked for and called.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Search {
+    /// The robot of all of them; else the first folder below a source.
+    pub robot: Option<String>,
+    /// What their paths say.
+    pub pattern: Option<PathPattern>,
+    /// The format of all of them.
+    pub format: Option<Format>,
+    /// Where results go, which is no source.
+    pub out: PathBuf,
+}
+
+/// A recording that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What it is called.
+    pub identity: Identity,
+    /// As many bytes it has, for progress; 0 where it cannot be read.
+    pub bytes: u64,
+}
+
+/// What is not taken for a recording.
+#[derive(Clone, Debug, Eq, JsonSchema, PartialEq, Serialize)]
+pub struct PassedOver {
+    /// Where it is.
+    pub path: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// All that was found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sources {
+    /// The recordings, in the order of their names.
+    pub recordings: Vec<Recording>,
+    /// What is none. Hidden files and folders are not among it.
+    pub passed_over: Vec<PassedOver>,
+    /// The names of the recordings whose path is not as the pattern has it.
+    pub not_as_the_pattern: Vec<String>,
+}
+
+/// A source is not there.
+#[derive(Debug, Error)]
+#[error("{} cannot be read: {error}", path.display())]
+pub struct NoSource {
+    path: PathBuf,
+    error: io::Error,
+}
+
+/// Finds the recordings in `sources`: files and folders of rosbag2 as they are named, and in all other
+/// folders what looks like one. Each is found once, however often it is linked.
+///
+/// # Errors
+/// A source is not there.
+pub fn find(sources: &[PathBuf], search: &Search) -> Result<Sources, NoSource> {
+    let mut finder = Finder {
+        search,
+        out: fs::canonicalize(&search.out).ok(),
+        found: Sources::default(),
+        seen: HashMap::new(),
+        links: Vec::new(),
+    };
+    for source in sources {
+        let error = |error| NoSource {
+            path: source.clone(),
+            error,
+        };
+        let real = fs::canonicalize(source).map_err(error)?;
+        if real.is_dir() && !is_rosbag2(&real) {
+            finder.walk(source, &real);
+        } else {
+            finder.add(source, &real, UNKNOWN);
+        }
+    }
+    Ok(finder.finish())
+}
+
+struct Finder<'a> {
+    search: &'a Search,
+    out: Option<PathBuf>,
+    found: Sources,
+    /// The names of recordings by where they really are.
+    seen: HashMap<PathBuf, String>,
+    /// Those that were come to by a link, where they really are, and their robot.
+    links: Vec<(PathBuf, PathBuf, String)>,
+}
+
+impl Finder<'_> {
+    /// Takes in what looks like a recording below a folder.
+    fn walk(&mut self, source: &Path, real_source: &Path) {
+        let mut entries = WalkDir::new(source)
+            .follow_links(true)
+            .sort_by_file_name()
+            .into_iter();
+        while let Some(entry) = entries.next() {
+            let entry = match entry {
+                Ok(entry) => entry,
+                Err(error) => {
+                    let path = error.path().unwrap_or(source).to_owned();
+                    let reason = if error.loop_ancestor().is_some() {
+                        "it is a link to a folder above".to_owned()
+                    } else {
+                        error
+                            .io_error()
+                            .map_or_else(|| error.to_string(), ToString::to_string)
+                    };
+                    self.pass_over(&path, reason);
+                    continue;
+                }
+            };
+            let path = entry.path();
+            let real = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+            let is_folder = entry.file_type().is_dir();
+            if is_hidden(&entry) || (is_folder && self.out.as_ref() == Some(&real)) {
+                if is_folder {
+                    entries.skip_current_dir();
+                }
+                continue;
+            }
+            let is_bag = is_folder && entry.depth() > 0 && is_rosbag2(path);
+            if is_bag {
+                entries.skip_current_dir();
+            } else if is_folder {
+                continue;
+            } else {
+                match self.is_recording(&entry) {
+                    Ok(true) => {}
+                    Ok(false) => {
+                        self.pass_over(path, "it is no recording".to_owned());
+                        continue;
+                    }
+                    Err(error) => {
+                        self.pass_over(path, error.to_string());
+                        continue;
+                    }
+                }
+            }
+            let below = path.strip_prefix(source).unwrap_or(path);
+            let robot = robot_of(below, real_source);
+            if real == real_source.join(below) {
+                self.add(path, &real, &robot);
+            } else {
+                self.links.push((path.to_owned(), real, robot));
+            }
+        }
+    }
+
+    fn is_recording(&self, entry: &DirEntry) -> io::Result<bool> {
+        // To open a pipe would wait for its writer.
+        Ok(entry.file_type().is_file() && is_recording(entry.path(), self.search.format)?)
+    }
+
+    fn add(&mut self, path: &Path, real: &Path, robot: &str) {
+        let name = name(path);
+        if let Some(before) = self.seen.get(real) {
+            if *before != name {
+                let reason = format!("it is {before}");
+                self.pass_over(path, reason);
+            }
+            return;
+        }
+        let robot = self.search.robot.as_deref().unwrap_or(robot);
+        let mut identity = Identity::new(&name, robot);
+        if let Some(pattern) = &self.search.pattern
+            && pattern.apply(&mut identity).is_err()
+        {
+            self.found.not_as_the_pattern.push(name.clone());
+        }
+        self.seen.insert(real.to_owned(), name);
+        self.found.recordings.push(Recording {
+            path: path.to_owned(),
+            identity,
+            bytes: fingerprint::bytes(path).unwrap_or(0),
+        });
+    }
+
+    fn pass_over(&mut self, path: &Path, reason: String) {
+        let path = path.display().to_string();
+        self.found.passed_over.push(PassedOver { path, reason });
+    }
+
+    fn finish(mut self) -> Sources {
+        for (path, real, robot) in std::mem::take(&mut self.links) {
+            self.add(&path, &real, &robot);
+        }
+        let mut recordings = std::mem::take(&mut self.found.recordings);
+        recordings.sort_by(|a, b| a.identity.name.cmp(&b.identity.name));
+        let mut names = HashSet::new();
+        for recording in recordings {
+            if names.insert(recording.identity.name.clone()) {
+                self.found.recordings.push(recording);
+            } else {
+                let reason = format!("another is called {}, too", recording.identity.name);
+                self.pass_over(&recording.path, reason);
+            }
+        }
+        self.found
+    }
+}
+
+/// Whether a file or folder below a source is hidden.
+fn is_hidden(entry: &DirEntry) -> bool {
+    entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")
+}
+
+/// The first folder below a source; the source's own where there is none.
+fn robot_of(below: &Path, source: &Path) -> String {
+    let folder = below.parent().and_then(|parent| parent.components().next());
+    let name = folder.map(Component::as_os_str).or(source.file_name());
+    let name = name.map(|name| name.to_string_lossy().into_owned());
+    name.unwrap_or_else(|| UNKNOWN.to_owned())
+}
+
+/// What a recording is called: its path as it was named, without what says from where.
+fn name(path: &Path) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    for component in path.components() {
+        match component {
+            Component::Normal(part) => parts.push(part.to_string_lossy().into_owned()),
+            Component::ParentDir => {
+                parts.pop();
+            }
+            Component::Prefix(_) | Component::RootDir | Component::CurDir => {}
+        }
+    }
+    parts.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_the_path_as_it_was_named() {
+        for (path, expected) in [
+            ("logs/spot/a.csv", "logs/spot/a.csv"),
+            ("./logs//spot/a.csv", "logs/spot/a.csv"),
+            ("/data/logs/a.csv", "data/logs/a.csv"),
+            ("../logs/x/../a.csv", "logs/a.csv"),
+        ] {
+            assert_eq!(name(Path::new(path)), expected);
+        }
+    }
+
+    #[test]
+    fn the_robot_is_the_first_folder_below_the_source() {
+        for (below, expected) in [
+            ("spot/run/a.csv", "spot"),
+            ("spot/a.csv", "spot"),
+            ("a.csv", "lab"),
+        ] {
+            assert_eq!(robot_of(Path::new(below), Path::new("/data/lab")), expected);
+        }
+    }
+}

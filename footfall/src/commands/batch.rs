@@ -1,0 +1,363 @@
+//! `footfall batch`: all recordings of a tree, into tables of Parquet.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use analysis::batch::pattern::PathPattern;
+use analysis::batch::run::{Outcome, Reason, Results, Stale, Watch};
+use analysis::batch::sources::{PassedOver, Recording, Search, Sources, find};
+use analysis::batch::{Plausibility, Progress, Row, Settings, Status};
+use analysis::config::parse_window;
+use analysis::replay::jobs;
+use clap::Args;
+use estimator_core::{ParamsError, WindowLength};
+use indicatif::ProgressBar;
+use recordings::input::Format;
+use recordings::replay::CAPACITY;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::headings::{ESTIMATOR, INPUT, OUTPUT};
+use super::recording::{Configuration, RecordingArguments};
+use crate::error::Error;
+use crate::messages::{detail, error, warn};
+use crate::progress::Bars;
+use crate::report::{SummaryStyle, print};
+use crate::targets;
+
+/// What `footfall batch` takes.
+#[derive(Debug, Args)]
+pub struct BatchArguments {
+    /// Folders in which all recordings are taken, and recordings
+    #[arg(required = true, value_name = "SOURCE")]
+    pub sources: Vec<PathBuf>,
+    /// The folder of the tables samples, events and recordings; what it has already is not done again
+    #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
+    pub out: PathBuf,
+    /// How they are read, and with which parameters.
+    #[command(flatten)]
+    pub recording: RecordingArguments,
+    /// Length of the window: a duration such as 50ms or a count such as 50samples; with half-widths
+    /// only, as with --preset paper
+    #[arg(long, value_name = "LENGTH", value_parser = parse_window, help_heading = ESTIMATOR)]
+    pub window: Option<WindowLength>,
+    /// The robot of all recordings, where it is not the first folder below a SOURCE
+    #[arg(long, value_name = "NAME", help_heading = INPUT)]
+    pub robot: Option<String>,
+    /// What the last parts of paths say.
+    #[arg(
+        long,
+        value_name = "PATTERN",
+        help_heading = INPUT,
+        help = "What the last parts of the paths say: {robot}, {foot} and {day} stand for themselves, * for \
+                any text in a part, ** for any parts, such as {robot}/{day}/*_{foot}.csv"
+    )]
+    pub path_pattern: Option<PathPattern>,
+    /// Estimate N recordings at once; by default as many as there are cores
+    #[arg(long, value_name = "N", help_heading = OUTPUT)]
+    pub jobs: Option<NonZeroUsize>,
+    /// List what would be done and why, and do nothing
+    #[arg(long, help_heading = OUTPUT)]
+    pub dry_run: bool,
+    /// Remove the results of recordings that are not found any more
+    #[arg(long, help_heading = OUTPUT)]
+    pub prune: bool,
+    /// Print the report as one JSON object; `footfall schema batch` describes it
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+}
+
+/// What became of all recordings. `Display` is the report for the terminal.
+#[derive(Clone, Debug, Default, JsonSchema, PartialEq, Serialize)]
+pub struct BatchReport {
+    /// Recordings that were estimated.
+    pub done: usize,
+    /// Recordings that had been before, with the same settings and version.
+    pub up_to_date: usize,
+    /// Recordings that could not be, now or before: those of which a foot has failed.
+    pub failed: usize,
+    /// Recordings that would be estimated; with --dry-run only.
+    pub to_do: usize,
+    /// Each of them, in the order of their names.
+    pub recordings: Vec<RecordingReport>,
+    /// Files that are no recordings, and folders that cannot be read.
+    pub passed_over: Vec<PassedOver>,
+    /// Results of recordings that were not found; with --prune they have been removed.
+    pub stale: Vec<Stale>,
+    /// Whether they have been.
+    pub pruned: bool,
+}
+
+/// What became of a recording.
+#[derive(Clone, Debug, JsonSchema, PartialEq, Serialize)]
+pub struct RecordingReport {
+    /// Its name.
+    pub recording: String,
+    /// What was done.
+    pub action: Action,
+    /// Why; `null` where nothing had to be done.
+    pub reason: Option<Reason>,
+    /// The rows of its feet, as the table `recordings` has them.
+    pub rows: Vec<Row>,
+}
+
+/// What is done with a recording.
+#[derive(Clone, Copy, Debug, Eq, JsonSchema, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Action {
+    /// It was estimated, or has failed.
+    Estimated,
+    /// Nothing: its results are there.
+    UpToDate,
+    /// It would be estimated.
+    ToDo,
+}
+
+impl fmt::Display for BatchReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for recording in &self.recordings {
+            if let (Action::ToDo, Some(reason)) = (recording.action, recording.reason) {
+                writeln!(f, "to do    {}: {}", recording.recording, reason.sentence())?;
+            }
+        }
+        let Self {
+            done,
+            up_to_date,
+            failed,
+            to_do,
+            ..
+        } = self;
+        match to_do {
+            0 => write!(f, "batch    {done} done")?,
+            to_do => write!(f, "batch    {to_do} to do")?,
+        }
+        write!(f, ", {up_to_date} up to date, {failed} failed")?;
+        let passed_over = self.passed_over.len();
+        if passed_over > 0 {
+            write!(
+                f,
+                "\npassed over {passed_over} that are no recordings (-v lists them)"
+            )?;
+        }
+        let stale = self.stale.len();
+        match (stale, self.pruned) {
+            (0, _) => Ok(()),
+            (_, true) => write!(f, "\npruned   {stale} that were not found any more"),
+            (_, false) => write!(
+                f,
+                "\nnot found {stale} of which there are results (-v lists them, --prune removes them)"
+            ),
+        }
+    }
+}
+
+impl BatchArguments {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        targets::check_can_be_directory(&self.out)?;
+        let configuration = Configuration::read(self.recording.config.as_deref())?;
+        let settings = self.settings(configuration)?;
+        let Sources {
+            recordings,
+            passed_over,
+            not_as_the_pattern,
+        } = find(
+            &self.sources,
+            &Search {
+                robot: self.robot.clone(),
+                pattern: self.path_pattern.clone(),
+                format: self.recording.format,
+                out: self.out.clone(),
+            },
+        )?;
+        for PassedOver { path, reason } in &passed_over {
+            detail(format!("{path} is passed over: {reason}"));
+        }
+        if let Some(example) = not_as_the_pattern.first() {
+            let count = not_as_the_pattern.len();
+            warn(format!(
+                "{count} of {} recordings are not as --path-pattern has it, such as {example}",
+                recordings.len()
+            ));
+        }
+        let jobs = self.jobs.unwrap_or_else(jobs::all_cores);
+        let watching = Watching::new(&recordings, self.json || self.dry_run);
+        let results = if self.dry_run {
+            let results = Results::look(&self.out);
+            results.plan(&recordings, &settings, jobs, &watching);
+            results
+        } else {
+            let results = Results::open(&self.out)?;
+            results.estimate(&recordings, &settings, jobs, &watching)?;
+            results
+        };
+        let stale = results.stale(&recordings);
+        for Stale { recording, key, .. } in &stale {
+            let name = recording.as_ref().unwrap_or(key);
+            detail(format!("{name} was not found, but has results"));
+        }
+        let pruned = self.prune && !self.dry_run;
+        if pruned {
+            results.prune(&stale)?;
+        }
+        let report = BatchReport {
+            passed_over,
+            stale,
+            pruned,
+            ..watching.finish()
+        };
+        let style = if self.json {
+            SummaryStyle::Json
+        } else {
+            SummaryStyle::Text
+        };
+        let written = (!self.dry_run).then_some(&self.out);
+        print(&report, style, written).map_err(Error::Print)?;
+        match report.failed {
+            failed if failed > 0 && !self.dry_run => Err(Error::Failed {
+                failed,
+                recordings: recordings.len(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// What recordings are estimated with. What is wrong with it whatever the recording is said before any
+    /// is read.
+    fn settings(&self, configuration: Configuration) -> Result<Settings, Error> {
+        let hints = self.recording.hints(&configuration)?;
+        let settings = Settings {
+            preset: self.recording.preset,
+            config: configuration.name.map(|name| (name, configuration.text)),
+            overrides: configuration.overrides,
+            window: self.window,
+            format: self.recording.format,
+            hints,
+            plausibility: if self.recording.strict {
+                Plausibility::Required
+            } else {
+                Plausibility::Reported
+            },
+            ..Settings::default()
+        };
+        let params = settings.params(settings.format.unwrap_or(Format::Csv));
+        let origins = settings.origins("");
+        origins.check_effects(&params)?;
+        match params.validate::<CAPACITY>() {
+            // As many samples as a window has depends on the recording.
+            Ok(_) | Err(ParamsError::WindowLength { .. }) => {}
+            Err(error) => return Err(origins.explain(&error, &params).into()),
+        }
+        Ok(settings)
+    }
+}
+
+/// Counts what becomes of recordings, and shows how far they are.
+struct Watching {
+    bar: ProgressBar,
+    count: usize,
+    /// Whether the report has each recording.
+    is_detailed: bool,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    report: BatchReport,
+    /// By the name of a recording, as many bytes of it as the bar has counted.
+    counted: HashMap<String, Arc<AtomicU64>>,
+}
+
+impl Watching {
+    fn new(recordings: &[Recording], is_detailed: bool) -> Self {
+        let bytes = recordings.iter().map(|recording| recording.bytes).sum();
+        Self {
+            bar: Bars::default().batch(bytes),
+            count: recordings.len(),
+            is_detailed,
+            state: Mutex::default(),
+        }
+    }
+
+    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn finish(self) -> BatchReport {
+        self.bar.finish_and_clear();
+        let state = self.state.into_inner();
+        let mut report = state.unwrap_or_else(PoisonError::into_inner).report;
+        report
+            .recordings
+            .sort_by(|a, b| a.recording.cmp(&b.recording));
+        report
+    }
+}
+
+impl Watch for Watching {
+    fn progress(&self, recording: &Recording) -> Progress {
+        let counted = Arc::new(AtomicU64::new(0));
+        let name = recording.identity.name.clone();
+        self.state().counted.insert(name, counted.clone());
+        let (bar, bytes) = (self.bar.clone(), recording.bytes);
+        Arc::new(move |share| {
+            let now = (share * bytes as f64) as u64;
+            let before = counted.fetch_max(now, Ordering::Relaxed);
+            bar.inc(now.saturating_sub(before));
+        })
+    }
+
+    fn done(&self, recording: &Recording, outcome: Outcome) {
+        let name = &recording.identity.name;
+        let mut state = self.state();
+        let counted = state.counted.remove(name);
+        let counted = counted.map_or(0, |counted| counted.load(Ordering::Relaxed));
+        self.bar.inc(recording.bytes.saturating_sub(counted));
+        let is_failed = outcome.error().is_some();
+        let (action, reason, rows) = match outcome {
+            Outcome::Estimated(reason, rows) => (Action::Estimated, Some(reason), rows),
+            Outcome::UpToDate(rows) => (Action::UpToDate, None, rows),
+            Outcome::ToDo(reason) => (Action::ToDo, Some(reason), Vec::new()),
+        };
+        let report = &mut state.report;
+        let count = match action {
+            _ if is_failed => &mut report.failed,
+            Action::Estimated => &mut report.done,
+            Action::UpToDate => &mut report.up_to_date,
+            Action::ToDo => &mut report.to_do,
+        };
+        *count += 1;
+        let finished = report.done + report.up_to_date + report.failed + report.to_do;
+        self.bar
+            .set_message(format!("{finished} of {}", self.count));
+        self.bar.suspend(|| say(name, &rows));
+        if self.is_detailed {
+            report.recordings.push(RecordingReport {
+                recording: name.clone(),
+                action,
+                reason,
+                rows,
+            });
+        }
+    }
+}
+
+/// Says what there is to say about a recording.
+fn say(name: &str, rows: &[Row]) {
+    for row in rows {
+        let of_feet = if rows.len() > 1 {
+            format!("{name} {}", row.foot)
+        } else {
+            name.to_owned()
+        };
+        for finding in row.found.iter().flat_map(|found| &found.finding_messages) {
+            warn(format!("{of_feet}: {finding}"));
+        }
+        if row.origin.status == Status::Failed {
+            error(row.origin.error.as_deref().unwrap_or(name));
+        }
+    }
+}

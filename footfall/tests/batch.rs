@@ -1,0 +1,381 @@
+//! `footfall batch`: what it writes, what it leaves alone, and what is there after it was killed.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use common::feet::csv;
+use common::{AXES, Bench, standing};
+use gait::GaitName;
+use serde_json::Value;
+
+/// A tree of two robots: three recordings that are fine and one that is not.
+fn lab() -> Bench {
+    let bench = Bench::new();
+    for folder in ["logs/spot/monday", "logs/go2"] {
+        fs::create_dir_all(bench.path(folder)).expect("a folder");
+    }
+    for (name, content) in [
+        ("logs/spot/monday/fl.csv", csv(GaitName::Walk, 6.0)),
+        ("logs/spot/fr.csv", standing().into_bytes()),
+        ("logs/go2/walk.csv", csv(GaitName::Trot, 4.0)),
+        ("logs/go2/broken.csv", b"t,ax\n0,0\n".to_vec()),
+        ("logs/README.md", b"# Walks".to_vec()),
+        ("logs/.hidden.csv", b"t".to_vec()),
+    ] {
+        fs::write(bench.path(name), content).expect("a file");
+    }
+    bench
+}
+
+/// The files below a folder, with their bytes.
+fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    fn collect(folder: &Path, top: &Path, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
+        for entry in fs::read_dir(folder).into_iter().flatten() {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                collect(&path, top, files);
+            } else {
+                let name = path.strip_prefix(top).expect("below").to_owned();
+                files.insert(name, fs::read(path).expect("a file"));
+            }
+        }
+    }
+    let mut files = BTreeMap::new();
+    collect(folder, folder, &mut files);
+    files
+}
+
+/// The report, whatever the exit code.
+fn report(bench: &Bench, arguments: &str) -> Value {
+    let output = bench.run(&format!("batch {arguments} --json"));
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{output:?}"))
+}
+
+fn counts(report: &Value) -> [u64; 3] {
+    ["done", "up_to_date", "failed"].map(|name| report[name].as_u64().expect("a count"))
+}
+
+/// Name, action and reason of each recording.
+fn actions(report: &Value) -> Vec<String> {
+    let recordings = report["recordings"].as_array().expect("a list");
+    let of = |recording: &Value| {
+        let word = |name: &str| recording[name].as_str().unwrap_or("-").to_owned();
+        [word("recording"), word("action"), word("reason")].join(" ")
+    };
+    recordings.iter().map(of).collect()
+}
+
+#[test]
+fn a_tree_is_estimated_and_one_bad_recording_is_a_row_and_not_the_end() {
+    let bench = lab();
+    let output = bench.run("batch logs --out out");
+    assert_eq!(output.status.code(), Some(1));
+    let said = common::text(&output.stderr);
+    assert!(
+        said.contains("footfall: logs/go2/broken.csv, line 1: missing"),
+        "{said}"
+    );
+    assert!(
+        said.ends_with("footfall: 1 of 4 recordings failed\n"),
+        "{said}"
+    );
+    assert_eq!(
+        common::text(&output.stdout),
+        "batch    3 done, 0 up to date, 1 failed\n\
+         passed over 1 that are no recordings (-v lists them)\n\
+         written  out\n"
+    );
+    let files = tree(&bench.path("out"));
+    let names: Vec<String> = files
+        .keys()
+        .map(|name| name.display().to_string())
+        .collect();
+    assert_eq!(names.len(), 3 * 3 + 1, "{names:?}");
+    for start in [
+        "samples/robot=spot/foot=fl/day=unknown/logs-spot-monday-fl.csv-",
+        "events/robot=spot/foot=fr/day=unknown/logs-spot-fr.csv-",
+        "recordings/robot=go2/foot=broken/day=unknown/logs-go2-broken.csv-",
+    ] {
+        assert!(
+            names.iter().any(|name| name.starts_with(start)),
+            "{start} {names:?}"
+        );
+    }
+}
+
+#[test]
+fn a_second_run_does_what_is_missing_or_has_changed_and_nothing_else() {
+    let bench = lab();
+    fs::remove_file(bench.path("logs/go2/broken.csv")).expect("it is there");
+    assert_eq!(counts(&report(&bench, "logs --out out")), [3, 0, 0]);
+    let first = tree(&bench.path("out"));
+    assert_eq!(counts(&report(&bench, "logs --out out")), [0, 3, 0]);
+    assert!(tree(&bench.path("out")) == first);
+    // Another recording, another input, a file that is lost.
+    fs::write(bench.path("logs/go2/new.csv"), standing()).expect("a file");
+    fs::write(
+        bench.path("logs/spot/fr.csv"),
+        standing() + "1,0,0,9.81,0,0,0,50,1\n",
+    )
+    .expect("a file");
+    let lost = first
+        .keys()
+        .find(|name| name.starts_with("samples/robot=spot/foot=fl"));
+    fs::remove_file(bench.path("out").join(lost.expect("it is there"))).expect("it is there");
+    let planned = report(&bench, "logs --out out --dry-run");
+    let expected = |action: &str| {
+        [
+            format!("logs/go2/new.csv {action} missing"),
+            "logs/go2/walk.csv up_to_date -".to_owned(),
+            format!("logs/spot/fr.csv {action} input_changed"),
+            format!("logs/spot/monday/fl.csv {action} incomplete"),
+        ]
+    };
+    assert_eq!(actions(&planned), expected("to_do"));
+    assert_eq!(
+        actions(&report(&bench, "logs --out out")),
+        expected("estimated")
+    );
+    assert_eq!(counts(&report(&bench, "logs --out out")), [0, 4, 0]);
+    // Other settings, and another robot: nothing is left of the old ones.
+    let again = report(&bench, "logs --out out --preset paper --gravity included");
+    let reasons = actions(&again);
+    assert!(
+        reasons
+            .iter()
+            .all(|one| one.ends_with("estimated other_settings")),
+        "{reasons:?}"
+    );
+    let moved = report(
+        &bench,
+        "logs --out out --preset paper --gravity included --robot x",
+    );
+    let reasons = actions(&moved);
+    assert!(
+        reasons
+            .iter()
+            .all(|one| one.ends_with("estimated other_place")),
+        "{reasons:?}"
+    );
+    let names = tree(&bench.path("out"));
+    assert!(
+        names
+            .keys()
+            .all(|name| name.display().to_string().contains("robot=x"))
+    );
+    assert_eq!(
+        fs::read_dir(bench.path("out/samples"))
+            .expect("a folder")
+            .count(),
+        1
+    );
+}
+
+#[test]
+fn a_failure_that_would_be_the_same_again_is_reported_without_doing_it_again() {
+    let bench = lab();
+    report(&bench, "logs --out out");
+    let again = report(&bench, "logs --out out");
+    assert_eq!(counts(&again), [0, 3, 1]);
+    assert_eq!(actions(&again)[0], "logs/go2/broken.csv up_to_date -");
+}
+
+#[test]
+fn what_vanished_is_reported_and_removed_where_that_is_asked_for() {
+    let bench = lab();
+    report(&bench, "logs --out out");
+    fs::remove_dir_all(bench.path("logs/go2")).expect("it is there");
+    let kept = report(&bench, "logs --out out");
+    let names: Vec<_> = kept["stale"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|s| &s["recording"])
+        .collect();
+    assert_eq!(names, ["logs/go2/broken.csv", "logs/go2/walk.csv"]);
+    assert_eq!(tree(&bench.path("out")).len(), 10);
+    assert_eq!(report(&bench, "logs --out out --prune")["pruned"], true);
+    assert_eq!(tree(&bench.path("out")).len(), 6);
+    assert!(!bench.path("out/recordings/robot=go2").exists());
+}
+
+#[test]
+fn the_number_of_jobs_changes_nothing_nor_does_an_output_within_the_source() {
+    let bench = lab();
+    report(&bench, "logs --out one --jobs 1");
+    report(&bench, "logs --out logs/results --jobs 7");
+    let again = report(&bench, "logs --out logs/results");
+    assert_eq!(counts(&again), [0, 3, 1]);
+    assert!(tree(&bench.path("one")) == tree(&bench.path("logs/results")));
+}
+
+#[test]
+fn the_samples_are_those_of_a_replay() {
+    let bench = lab();
+    report(&bench, "logs/spot/monday/fl.csv --out out");
+    bench.stdout("replay logs/spot/monday/fl.csv --output replayed.csv --events events.csv");
+    let replayed = common::read(&bench.path("replayed.csv"));
+    let rows = report(&bench, "logs/spot/monday/fl.csv --out out");
+    let row = &rows["recordings"][0]["rows"][0];
+    assert_eq!(row["robot"], "unknown");
+    assert_eq!(
+        row["samples"].as_u64(),
+        Some(replayed.lines().count() as u64 - 1)
+    );
+    let events = common::read(&bench.path("events.csv"));
+    let touch_downs = events
+        .lines()
+        .filter(|line| line.contains("touch_down"))
+        .count();
+    assert_eq!(row["steps"].as_u64(), Some(touch_downs as u64));
+}
+
+#[test]
+fn paths_say_robot_foot_and_day() {
+    let bench = Bench::new();
+    fs::create_dir_all(bench.path("data/20240501/spot-3")).expect("a folder");
+    fs::write(bench.path("data/20240501/spot-3/run1_fl.csv"), standing()).expect("a file");
+    fs::write(bench.path("data/other.csv"), standing()).expect("a file");
+    let output = bench.run("batch data --out out --path-pattern {day}/{robot}/*_{foot}.csv");
+    assert_eq!(
+        common::text(&output.stderr),
+        "footfall: 1 of 2 recordings are not as --path-pattern has it, such as data/other.csv\n"
+    );
+    assert!(
+        bench
+            .path("out/samples/robot=spot-3/foot=fl/day=2024-05-01")
+            .is_dir()
+    );
+    assert!(
+        bench
+            .path("out/samples/robot=data/foot=other/day=unknown")
+            .is_dir()
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_once_and_loops_and_folders_that_cannot_be_read_are_passed_over() {
+    use std::os::unix::fs::symlink;
+    let bench = lab();
+    fs::remove_file(bench.path("logs/go2/broken.csv")).expect("it is there");
+    symlink("../../logs", bench.path("logs/spot/loop")).expect("a link");
+    symlink("spot", bench.path("logs/latest")).expect("a link");
+    symlink("nowhere", bench.path("logs/dangling.csv")).expect("a link");
+    let report = report(&bench, "logs --out out");
+    assert_eq!(counts(&report), [3, 0, 0]);
+    let names = actions(&report);
+    assert!(
+        !names.iter().any(|name| name.contains("latest")),
+        "{names:?}"
+    );
+    let reasons = report["passed_over"].to_string();
+    assert!(
+        reasons.contains("it is a link to a folder above"),
+        "{reasons}"
+    );
+    assert!(reasons.contains("dangling.csv"), "{reasons}");
+}
+
+#[test]
+fn a_source_that_is_not_there_and_settings_that_cannot_be_are_said_before_anything_is_done() {
+    let bench = lab();
+    let error = bench.error("batch absent --out out");
+    assert!(
+        error.starts_with("footfall: absent cannot be read: "),
+        "{error}"
+    );
+    let error = bench.error("batch logs --out out --window 50ms");
+    assert!(
+        error.starts_with("footfall: --window has an effect"),
+        "{error}"
+    );
+    let error = bench.error("batch logs --out logs/README.md");
+    assert!(error.contains("results go into a directory"), "{error}");
+    assert!(!bench.path("out").exists());
+}
+
+#[test]
+fn what_is_not_plausible_is_a_warning_or_with_strict_a_failure() {
+    let row = |k: u32| format!("{:.3},0,0,1,0,0,0\n", f64::from(k) * 0.002);
+    let in_g: String = (0..2000).map(row).collect();
+    let bench = Bench::with("g.csv", format!("t,{AXES}\n{in_g}"));
+    let output = bench.run("batch g.csv --out out");
+    assert!(output.status.success(), "{output:?}");
+    assert!(common::text(&output.stderr).starts_with("footfall: g.csv: the acceleration is 1.00"));
+    let output = bench.run("batch g.csv --out out --strict");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(common::text(&output.stderr).contains("--strict does not let"));
+}
+
+/// The command, killed after this time; whether it was still running.
+fn killed_after(bench: &Bench, out: &str, time: Duration) -> bool {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
+        .args(["batch", "logs", "--quiet", "--jobs", "3", "--out", out])
+        .current_dir(&bench.directory)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the command that was just built");
+    thread::sleep(time);
+    let was_running = child.try_wait().expect("a child").is_none();
+    child.kill().expect("SIGKILL");
+    child.wait().expect("it ends");
+    was_running
+}
+
+#[test]
+fn after_a_run_that_was_killed_another_gives_the_bytes_of_one_that_was_not() {
+    let bench = lab();
+    for k in 0..6 {
+        let path = bench.path(&format!("logs/spot/more{k}.csv"));
+        fs::write(path, csv(GaitName::Walk, 5.0)).expect("a file");
+    }
+    let begun = Instant::now();
+    report(&bench, "logs --out whole");
+    let whole = begun.elapsed();
+    let expected = tree(&bench.path("whole"));
+    let is_unfinished = |name: &PathBuf| name.display().to_string().ends_with(".part");
+    let (mut killed, mut halfway) = (0, 0);
+    for k in 0..16 {
+        let out = format!("killed{k}");
+        // A second kill hits what the first has left.
+        for part in [k, 16 - k] {
+            killed += u32::from(killed_after(&bench, &out, whole * part / 18));
+        }
+        let left = tree(&bench.path(&out));
+        halfway += u32::from(left.keys().any(is_unfinished));
+        for (name, bytes) in &left {
+            // What has its name is whole.
+            assert!(
+                is_unfinished(name) || expected.get(name) == Some(bytes),
+                "{name:?}"
+            );
+        }
+        report(&bench, &format!("logs --out {out}"));
+        assert!(tree(&bench.path(&out)) == expected, "{k}");
+    }
+    assert!(
+        killed >= 8 && halfway >= 2,
+        "{killed} were running, {halfway} left an unfinished file"
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn two_runs_do_not_write_to_one_folder_at_once() {
+    let bench = lab();
+    fs::create_dir(bench.path("out")).expect("a folder");
+    let folder = fs::File::open(bench.path("out")).expect("a folder");
+    folder.lock().expect("a lock");
+    let error = bench.error("batch logs --out out");
+    assert!(error.contains("another process writes there"), "{error}");
+    drop(folder);
+    assert_eq!(counts(&report(&bench, "logs --out out")), [3, 0, 1]);
+}
