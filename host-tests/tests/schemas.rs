@@ -1,7 +1,9 @@
-//! The schemas in `docs/schemas` are those of the program.
+//! The schemas in `docs/schemas` are those of the program, and so are the columns in `docs/batch.md`.
 
+use analysis::batch::Row;
 use footfall::schema::Kind;
-use host_tests::committed::{assert_current, workspace};
+use host_tests::committed::{assert_block, assert_current, workspace};
+use serde_json::Value;
 
 #[test]
 fn the_schemas_in_the_documents_are_those_of_the_program() {
@@ -9,4 +11,28 @@ fn the_schemas_in_the_documents_are_those_of_the_program() {
         let path = workspace().join(format!("docs/schemas/{}.json", kind.name()));
         assert_current(&path, &kind.text());
     }
+}
+
+#[test]
+fn the_columns_of_the_summary_are_those_of_the_program() {
+    let schema: Value = serde_json::from_str(&Kind::Batch.text()).expect("JSON");
+    let meanings = &schema["$defs"]["Row"]["properties"];
+    let mut table = "| column | type | meaning |\n|---|---|---|\n".to_owned();
+    for column in Row::columns() {
+        let name = column.name();
+        let kind = match format!("{:?}", column.data_type()).as_str() {
+            "Utf8" => "text",
+            "Int64" => "int64",
+            "Float64" => "double",
+            "Float32" => "float",
+            "Boolean" => "bool",
+            list if list.starts_with("List") => "list of texts",
+            other => panic!("{name} is a {other}"),
+        };
+        let meaning = meanings[name]["description"]
+            .as_str()
+            .expect("a description");
+        table += &format!("| `{name}` | {kind} | {meaning} |\n");
+    }
+    assert_block("docs/batch.md", "columns", &table);
 }
