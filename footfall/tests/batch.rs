@@ -309,6 +309,8 @@ fn what_is_not_plausible_is_a_warning_or_with_strict_a_failure() {
     let output = bench.run("batch g.csv --out out");
     assert!(output.status.success(), "{output:?}");
     assert!(common::text(&output.stderr).starts_with("footfall: g.csv: the acceleration is 1.00"));
+    let output = bench.run("batch g.csv --out out");
+    assert!(output.stderr.is_empty(), "{output:?}");
     let output = bench.run("batch g.csv --out out --strict");
     assert_eq!(output.status.code(), Some(1));
     assert!(common::text(&output.stderr).contains("--strict does not let"));

@@ -333,7 +333,7 @@ impl Watch for Watching {
         let finished = report.done + report.up_to_date + report.failed + report.to_do;
         self.bar
             .set_message(format!("{finished} of {}", self.count));
-        self.bar.suspend(|| say(name, &rows));
+        self.bar.suspend(|| say(name, action, &rows));
         if self.is_detailed {
             report.recordings.push(RecordingReport {
                 recording: name.clone(),
@@ -345,15 +345,17 @@ impl Watch for Watching {
     }
 }
 
-/// Says what there is to say about a recording.
-fn say(name: &str, rows: &[Row]) {
+/// Says what there is to say about a recording: what is not plausible when it is estimated, and in each
+/// run that it has failed.
+fn say(name: &str, action: Action, rows: &[Row]) {
     for row in rows {
         let of_feet = if rows.len() > 1 {
             format!("{name} {}", row.foot)
         } else {
             name.to_owned()
         };
-        for finding in row.found.iter().flat_map(|found| &found.finding_messages) {
+        let found = row.found.iter().filter(|_| action == Action::Estimated);
+        for finding in found.flat_map(|found| &found.finding_messages) {
             warn(format!("{of_feet}: {finding}"));
         }
         if row.origin.status == Status::Failed {
