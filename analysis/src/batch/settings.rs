@@ -1,9 +1,7 @@
 //! What recordings are read and estimated with, and a hash of it.
 
 use estimator_core::{Params, WindowLength};
-use recordings::input::{
-    AccelerationUnit, Format, Hints, RateUnit, TableOptions, TimeUnit, Times, Topics,
-};
+use recordings::input::{Format, Hints, TableOptions, TimeUnit, Times, Topics};
 use serde::Serialize;
 
 use crate::config::{GRAVITIES, Origins, Overrides, Preset, RateOrigin, word_of};
@@ -108,14 +106,7 @@ impl Settings {
             gravity: gravity.map(|gravity| word_of(&GRAVITIES, gravity)),
             correction: CorrectionReport::from(correction),
             map: mapping.to_string(),
-            acceleration: match units.acceleration {
-                AccelerationUnit::MetresPerSecondSquared => "m/s2",
-                AccelerationUnit::StandardGravity => "g",
-            },
-            rate: match units.rate {
-                RateUnit::RadiansPerSecond => "rad/s",
-                RateUnit::DegreesPerSecond => "dps",
-            },
+            units: units.to_string(),
             time_unit: time_unit.map(TimeUnit::name),
             times: match times {
                 Times::Keep => "keep",
@@ -147,8 +138,7 @@ struct Hashed {
     gravity: Option<&'static str>,
     correction: CorrectionReport,
     map: String,
-    acceleration: &'static str,
-    rate: &'static str,
+    units: String,
     time_unit: Option<&'static str>,
     times: &'static str,
     /// All where it is empty, the only one where it is not there.

@@ -169,7 +169,7 @@ impl BatchArguments {
             &Search {
                 robot: self.robot.clone(),
                 pattern: self.path_pattern.clone(),
-                format: self.recording.format,
+                format: self.recording.reading.format,
                 out: self.out.clone(),
             },
         )?;
@@ -228,15 +228,15 @@ impl BatchArguments {
     /// What recordings are estimated with. What is wrong with it whatever the recording is said before any
     /// is read.
     fn settings(&self, configuration: Configuration) -> Result<Settings, Error> {
-        let hints = self.recording.hints(&configuration)?;
+        let hints = self.recording.reading.hints(&configuration)?;
         let settings = Settings {
             preset: self.recording.preset,
             config: configuration.name.map(|name| (name, configuration.text)),
             overrides: configuration.overrides,
             window: self.window,
-            format: self.recording.format,
+            format: self.recording.reading.format,
             hints,
-            plausibility: if self.recording.strict {
+            plausibility: if self.recording.reading.strict {
                 Plausibility::Required
             } else {
                 Plausibility::Reported
