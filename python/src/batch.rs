@@ -1,12 +1,18 @@
 //! One recording of a batch, as `footfall batch` estimates it: for machines that share the work.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
+use analysis::batch::pattern::PathPattern;
+use analysis::batch::run::{Outcome, Reason, Results, Watch};
+use analysis::batch::sources::Recording;
 use analysis::batch::{FeetWanted, Identity, Plausibility, Settings, estimate_recording};
 use analysis::config::parse_window;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
-use recordings::input::Hints;
+use pyo3::types::PyDict;
+use recordings::input::{Hints, Opened, Topics};
 
 use crate::parameters::SettingsArguments;
 use crate::reading::{Options, named, parsed};
@@ -35,6 +41,17 @@ pub(crate) struct BatchArguments {
     /// The one foot that is estimated.
     #[pyo3(item)]
     only_foot: Option<String>,
+}
+
+impl IdentityArguments {
+    fn read(self) -> PyResult<Identity> {
+        Ok(Identity {
+            day: parsed("day", self.day.as_ref())?,
+            name: self.name,
+            robot: self.robot,
+            foot: self.foot,
+        })
+    }
 }
 
 fn all_settings(
@@ -79,12 +96,7 @@ pub(crate) fn batch_recording(
     out: PathBuf,
 ) -> PyResult<String> {
     let settings = all_settings(&options, &settings, batch)?;
-    let identity = Identity {
-        name: identity.name,
-        robot: identity.robot,
-        foot: identity.foot,
-        day: parsed("day", identity.day.as_ref())?,
-    };
+    let identity = identity.read()?;
     let rows = py
         .detach(|| estimate_recording(&path, &identity, &settings, &out))
         .map_err(|error| PyOSError::new_err(error.to_string()))?;
@@ -105,4 +117,105 @@ pub(crate) fn batch_settings_hash(
     batch: BatchArguments,
 ) -> PyResult<String> {
     Ok(all_settings(&options, &settings, batch)?.blake3())
+}
+
+/// What becomes of the one recording that is looked at.
+#[derive(Default)]
+struct Planned(Mutex<Option<Outcome>>);
+
+impl Watch for Planned {
+    fn done(&self, _: &Recording, outcome: Outcome) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(outcome);
+    }
+}
+
+/// Why `footfall batch` would estimate a recording, as a sentence, and the rows of one that it would
+/// not, as JSON. In the folder `out` are its results: the rows, and in place of its other tables any
+/// files of their names.
+#[pyfunction]
+pub(crate) fn batch_plan(
+    py: Python<'_>,
+    path: PathBuf,
+    identity: IdentityArguments,
+    options: Options,
+    settings: SettingsArguments,
+    batch: BatchArguments,
+    out: PathBuf,
+) -> PyResult<(Option<&'static str>, String)> {
+    let settings = all_settings(&options, &settings, batch)?;
+    let recording = Recording {
+        path,
+        identity: identity.read()?,
+        bytes: 0,
+    };
+    let planned = Planned::default();
+    py.detach(|| {
+        let results = Results::look(&out);
+        results.plan(&[recording], &settings, NonZeroUsize::MIN, &planned);
+    });
+    let outcome = planned
+        .0
+        .into_inner()
+        .unwrap_or_else(PoisonError::into_inner);
+    let rows = match outcome {
+        Some(Outcome::UpToDate(rows)) => rows,
+        Some(Outcome::ToDo(reason) | Outcome::Estimated(reason, _)) => {
+            return Ok((Some(reason.sentence()), "[]".to_owned()));
+        }
+        None => return Ok((Some(Reason::Missing.sentence()), "[]".to_owned())),
+    };
+    let json = serde_json::to_string(&rows);
+    let json = json.map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok((None, json))
+}
+
+/// The names of the feet in a recording that has several; none of one that has one, or that cannot be
+/// read.
+#[pyfunction]
+pub(crate) fn batch_feet(
+    py: Python<'_>,
+    path: PathBuf,
+    options: Options,
+    settings: SettingsArguments,
+    batch: BatchArguments,
+) -> PyResult<Vec<String>> {
+    let settings = all_settings(&options, &settings, batch)?;
+    if settings.hints.bag.topics == Topics::TheOnly {
+        return Ok(Vec::new());
+    }
+    let stored = py.detach(|| {
+        let opened = Opened::new(&path, settings.format)?;
+        opened.store_all(&settings.hints)
+    });
+    let feet = stored.unwrap_or_default().into_iter();
+    Ok(feet.filter_map(|stored| stored.about.foot).collect())
+}
+
+/// What a recording is called, where its path says it: as `--path` of `footfall batch` has it.
+#[pyfunction]
+pub(crate) fn batch_identity<'py>(
+    py: Python<'py>,
+    identity: IdentityArguments,
+    pattern: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let pattern: PathPattern = pattern
+        .parse()
+        .map_err(|error| PyValueError::new_err(format!("pattern: {error}")))?;
+    let mut identity = identity.read()?;
+    // One that is not as the pattern has it keeps what is known of it.
+    let _ = pattern.apply(&mut identity);
+    let dict = PyDict::new(py);
+    dict.set_item("name", identity.name)?;
+    dict.set_item("robot", identity.robot)?;
+    dict.set_item("foot", identity.foot)?;
+    dict.set_item("day", identity.day.map(|day| day.to_string()))?;
+    Ok(dict)
+}
+
+/// Whether a file is a recording, by its name and its first bytes.
+#[pyfunction]
+pub(crate) fn is_recording(path: PathBuf, format: Option<String>) -> PyResult<bool> {
+    let format = parsed("format", format.as_ref())?;
+    recordings::input::is_recording(&path, format)
+        .map_err(|error| PyOSError::new_err(format!("{} cannot be read: {error}", path.display())))
 }

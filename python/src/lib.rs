@@ -33,7 +33,10 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _footfall {
     #[pymodule_export]
-    use super::batch::{batch_key, batch_recording, batch_settings_hash};
+    use super::batch::{
+        batch_feet, batch_identity, batch_key, batch_plan, batch_recording, batch_settings_hash,
+        is_recording,
+    };
     #[pymodule_export]
     use super::decoding::decode_file;
     #[pymodule_export]
@@ -49,6 +52,7 @@ mod _footfall {
 
     use estimator_core::{Axis, Flag, Phase};
     use pyo3::prelude::*;
+    use recordings::validity::VALIDITIES;
 
     /// Names that Python code needs in the order of their numbers.
     #[pymodule_init]
@@ -57,6 +61,8 @@ mod _footfall {
         module.add("STATES", Phase::ALL.map(Phase::name).to_vec())?;
         module.add("FLAGS", Flag::ALL.map(Flag::name).to_vec())?;
         module.add("SENT_FLAGS", super::decoding::flag_names().to_vec())?;
+        let validities = VALIDITIES.map(|(name, _)| name);
+        module.add("VALIDITIES", validities.to_vec())?;
         module.add("AXES", Axis::ALL.map(Axis::name).to_vec())
     }
 }

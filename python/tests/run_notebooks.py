@@ -18,7 +18,7 @@ def main() -> int:
     for path in paths:
         notebook = nbformat.read(path, as_version=4)
         try:
-            NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+            NotebookClient(notebook, timeout=600, kernel_name="python3").execute()
         except CellExecutionError as error:
             print(f"{path.name}: {error}", file=sys.stderr)
             failed.append(path.name)

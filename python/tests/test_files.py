@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import subprocess
 from collections.abc import Mapping
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet as parquet
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
@@ -118,6 +120,18 @@ def test_a_table_of_somebody_else_is_read_with_the_programs_options(
     assert_same(recording.estimate(), table)
     assert_same(footfall.estimate(recording.acc, recording.gyr, recording.t, axes="x,z,-y"), table)
     assert result.p_stable[-1] == pytest.approx(walk.estimate().p_stable[-1], abs=0.02)
+
+
+def test_a_recording_becomes_parquet_that_is_read_back(tmp_path: Path, walk: footfall.Recording) -> None:
+    parquet.write_table(walk.to_arrow(), tmp_path / "walk.parquet")
+    [again] = footfall.read(tmp_path / "walk.parquet")
+    for name in ("t", "acc", "gyr", "load", "label", "validity"):
+        assert np.array_equal(getattr(again, name), getattr(walk, name)), name
+    assert walk.label is not None
+    partly = dataclasses.replace(walk, label=np.where(walk.t < 3.0, -1, walk.label).astype(np.int8))
+    parquet.write_table(partly.to_arrow(), tmp_path / "walk.parquet")
+    [again] = footfall.read(tmp_path / "walk.parquet")
+    assert np.array_equal(again.label, partly.label)  # type: ignore[arg-type]
 
 
 def test_what_a_configuration_says_of_the_file_counts_and_an_argument_wins(

@@ -14,6 +14,7 @@ STATES: list[str]
 FLAGS: list[str]
 SENT_FLAGS: list[str]
 AXES: list[str]
+VALIDITIES: list[str]
 
 @final
 class Estimator:
@@ -56,3 +57,16 @@ def batch_key(name: str) -> str: ...
 def batch_settings_hash(
     options: ReadDict, settings: SettingsDict, batch: BatchDict
 ) -> str: ...
+def batch_plan(
+    path: str,
+    identity: IdentityDict,
+    options: ReadDict,
+    settings: SettingsDict,
+    batch: BatchDict,
+    out: str,
+) -> tuple[str | None, str]: ...
+def batch_feet(
+    path: str, options: ReadDict, settings: SettingsDict, batch: BatchDict
+) -> list[str]: ...
+def batch_identity(identity: IdentityDict, pattern: str) -> IdentityDict: ...
+def is_recording(path: str, format: str | None) -> bool: ...

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _footfall
+from ._footfall import VALIDITIES
 from ._result import Result
 from ._settings import (
     Config,
@@ -24,6 +25,9 @@ from ._settings import (
     settings,
 )
 
+
+if TYPE_CHECKING:
+    import pyarrow
 
 R = TypeVar("R", bound="Recording")
 
@@ -79,6 +83,21 @@ class Recording:
             "load": self.load,
             "validity": self.validity,
         }
+
+    def to_arrow(self) -> pyarrow.Table:
+        """A table of Arrow with the columns that :func:`read` and the program read from Parquet; needs
+        ``footfall[arrow]``. A label that is not known is null."""
+        import pyarrow
+
+        columns: dict[str, Any] = {"t": self.t}
+        columns |= {name: self.acc[:, k] for k, name in enumerate(("ax", "ay", "az"))}
+        columns |= {name: self.gyr[:, k] for k, name in enumerate(("wx", "wy", "wz"))}
+        if self.load is not None:
+            columns["force"] = self.load
+        if self.label is not None:
+            columns["label"] = pyarrow.array(self.label, mask=self.label < 0)
+        columns["validity"] = pyarrow.DictionaryArray.from_arrays(self.validity, VALIDITIES)
+        return pyarrow.table(columns)
 
     def estimate(self, *, preset: Preset = "default", config: Config | None = None) -> Result:
         """Estimates the probability of stable contact, as ``footfall replay`` does.
