@@ -18,7 +18,9 @@ def main() -> int:
     for path in paths:
         notebook = nbformat.read(path, as_version=4)
         try:
-            NotebookClient(notebook, timeout=600, kernel_name="python3").execute()
+            where = {"metadata": {"path": str(NOTEBOOKS)}}
+            client = NotebookClient(notebook, timeout=600, kernel_name="python3", resources=where)
+            client.execute()
         except CellExecutionError as error:
             print(f"{path.name}: {error}", file=sys.stderr)
             failed.append(path.name)

@@ -23,6 +23,8 @@ import pytest
 import footfall
 from footfall import fleet
 from footfall._settings import read_options, settings
+from footfall.fleet._run import MEMORY
+from footfall.fleet._sources import find, name_of
 from footfall.fleet._work import Task, work
 from test_files import bag
 
@@ -59,8 +61,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     home = tmp_path_factory.mktemp("home")
     before = {name: os.environ.get(name) for name in ("HOME", "RAY_AUTH_MODE", "RAY_TMPDIR", "RAY_USAGE_STATS_ENABLED")}
     os.environ |= {"HOME": str(home), "RAY_AUTH_MODE": "disabled", "RAY_USAGE_STATS_ENABLED": "0"}
-    # Workers import what tests do; the path of a socket has no room for a long folder.
-    os.environ["PYTHONPATH"] = os.pathsep.join([str(EXAMPLE), str(Path(__file__).parent)])
+    # The path of a socket has no room for a long folder.
     folder = os.environ.get("RAY_TMPDIR")
     made = None if folder else tempfile.mkdtemp(prefix="ray-")
     os.environ["RAY_TMPDIR"] = folder or str(made)
@@ -81,7 +82,6 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
         shutil.rmtree(made, ignore_errors=True)
     for name, value in before.items():
         os.environ.pop(name, None) if value is None else os.environ.update({name: value})
-    del os.environ["PYTHONPATH"]
 
 
 def files(out: Path) -> dict[str, bytes]:
@@ -232,6 +232,69 @@ def test_a_killed_worker_costs_time_and_a_node_that_comes_takes_work(
     assert len({outcome.node for outcome in report.outcomes}) == 2
     assert_same(files(out), alone)
     cluster.remove_node(added[0])
+
+
+def test_a_recording_that_is_lost_has_no_row_and_is_done_by_the_next_call(
+    cluster: Cluster, tmp_path: Path
+) -> None:
+    folder, out = tmp_path / "recordings", tmp_path / "tables"
+    write_parquet(footfall.simulate("trot", 120.0, seed=5), folder / "robot0" / "foot0.parquet")
+    for k in range(1, 5):
+        shutil.copy(folder / "robot0" / "foot0.parquet", folder / "robot0" / f"foot{k}.parquet")
+    killed: list[int] = []
+
+    def trouble(outcome: fleet.Outcome) -> None:
+        if not killed:
+            os.kill(outcome.pid, signal.SIGKILL)
+            killed.append(outcome.pid)
+
+    report = fleet.estimate(folder, out, retries=0, progress=trouble)
+    [lost] = [outcome for outcome in report.outcomes if outcome.status == "lost"]
+    assert lost.error and not lost.rows and report.count("done") == 4
+    assert fleet.rows(out).num_rows == 4
+    assert statuses(fleet.estimate(folder, out)) == {"done": 1, "up_to_date": 4}
+    assert not [path for path in files(out) if path.endswith(".part")]
+
+
+def test_a_recording_is_called_as_its_path_was_given_by_folder_or_by_pattern(
+    recordings: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(recordings.parent)
+
+    def names(given: str) -> set[tuple[str, str | None]]:
+        found = find(given, "path", None, None, {})
+        return {(source.identity(None)["name"], source.robot) for source in found}
+
+    assert names("recordings/robot*/L.parquet") == {
+        (f"recordings/robot{k}/L.parquet", f"robot{k}") for k in range(3)
+    }
+    assert names("recordings/robot0") == {
+        (f"recordings/robot0/{foot}.parquet", "robot0") for foot in "LR"
+    }
+    assert names("recordings") >= names("recordings/robot*/L.parquet")
+    assert names("recordings/robot0/L.parquet") == {("recordings/robot0/L.parquet", None)}
+    assert name_of("s3://bucket/a/../b.mcap") == "bucket/b.mcap"
+
+
+def test_a_task_needs_less_memory_than_ray_is_told(tmp_path: Path) -> None:
+    write_parquet(footfall.simulate("trot", 600.0, seed=5), tmp_path / "robot0" / "long.parquet")
+    code = (
+        "import resource, sys; import footfall.fleet._work as w, footfall.fleet as f;"
+        "from footfall._settings import read_options, settings;"
+        "w.work(w.Task(sys.argv[1], f.Source(sys.argv[1]).identity(None), read_options(*9 * [None]),"
+        " settings('default', None, None, None), {'window': None, 'strict': False, 'only_foot': None},"
+        " sys.argv[2], {}, (), 'memory'));"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "robot0" / "long.parquet"), str(tmp_path / "out")]
+    kilobytes = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert 1024 * int(kilobytes) < MEMORY
+
+
+def test_without_the_extra_an_error_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(ImportError, match=r"footfall.fleet needs ray.*pip install 'footfall\[fleet\]'"):
+        fleet.estimate("recordings", "tables")
 
 
 def test_tables_go_to_s3_and_come_from_there(

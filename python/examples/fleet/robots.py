@@ -6,6 +6,7 @@ The recordings are written by Ray tasks as ``ROBOT/DAY/FOOT.parquet``, the truth
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -101,6 +102,8 @@ def record(robot: Robot, foot: str, seed: int, seconds: float, folder: str) -> d
 def simulate(folder: str | Path, seconds: float, robots: int = 50) -> list[Truth]:
     """Records all feet of a fleet on Ray, and writes the truth beside the recordings."""
     ray = need("ray")
+    # Workers need not have this file.
+    need("ray.cloudpickle").register_pickle_by_value(sys.modules[__name__])
     remote = ray.remote(num_cpus=1, memory=record_memory(seconds))(record)
     tasks = [
         remote.remote(robot, foot, 4 * k + place, seconds, str(Path(folder).resolve()))

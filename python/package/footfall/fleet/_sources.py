@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import posixpath
 import tempfile
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
@@ -18,6 +19,11 @@ UNKNOWN = "unknown"
 
 # As many first bytes show whether a file is a recording, if its name does not.
 HEAD = 1 << 16
+
+WILDCARDS = "*?["
+
+# What the names of a rosbag2's files end in.
+OF_BAGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 
 Recordings = Any
 """What :func:`footfall.fleet.estimate` takes: a path or URL, several of them, or a ``ray.data.Dataset``."""
@@ -109,48 +115,54 @@ def _of_dataset(dataset: Any, column: str, robot: str | None) -> Iterator[Source
 def _below(url: str, options: StorageOptions, format: str | None) -> Iterator[Source]:
     """The recordings in a folder, those of a pattern, or the one of this name."""
     fs, root = file_system(url, options)
-    root = root.rstrip("/")
-    if any(wildcard in root for wildcard in "*?["):
-        fixed = root[: min(root.find(w) for w in "*?[" if w in root)].rpartition("/")[0]
-        found = {path: about for path, about in fs.glob(root, detail=True).items()}
-        yield from _grouped(fs, url, fixed, fixed, found, format)
+    given = url.rpartition("://")[2]
+    if any(wildcard in root for wildcard in WILDCARDS):
+        files = fs.glob(root, detail=True)
+        yield from _in_folders(fs, url, _fixed(given), _fixed(root), files, format)
         return
+    root = root.rstrip("/")
     about = fs.info(root)
     if about["type"] == "file":
-        yield Source(url, size=int(about.get("size") or 0))
+        yield Source(url, size=_size(about))
         return
     files = fs.find(root, detail=True)
-    if _is_bag(files, root):
-        size = sum(int(about.get("size") or 0) for about in files.values())
-        yield Source(url, size=size)
+    if _is_bag(path for path in files if posixpath.dirname(path) == root):
+        yield Source(url, size=sum(map(_size, files.values())))
         return
-    yield from _grouped(fs, url, root, root, files, format)
+    yield from _in_folders(fs, url, given, root, files, format)
 
 
-def _grouped(
-    fs: Any, url: str, root: str, parent: str, files: dict[str, Any], format: str | None
+def _fixed(pattern: str) -> str:
+    """The folder that a pattern names before its first wildcard."""
+    first = min(pattern.find(wildcard) for wildcard in WILDCARDS if wildcard in pattern)
+    folder, slash, _ = pattern[:first].rpartition("/")
+    return folder or slash
+
+
+def _in_folders(
+    fs: Any, url: str, given: str, root: str, files: dict[str, Any], format: str | None
 ) -> Iterator[Source]:
-    """Files that are recordings, and folders of a rosbag2."""
-    protocol = url.rpartition("://")[0]
-    given = url.rpartition("://")[2]
-    given = given if not any(w in given for w in "*?[") else parent
-    bags: dict[str, int] = {}
-    folders = {posixpath.dirname(path) for path in files}
-    for folder in folders:
-        if _is_bag(files, folder):
-            bags[folder] = 0
+    """Files that are recordings, and folders of a rosbag2; `given` is what `root` was called."""
+    protocol = url.partition("://")[0] if "://" in url else ""
+    by_folder: dict[str, list[str]] = defaultdict(list)
     for path, about in files.items():
         below = path[len(root) :].lstrip("/")
-        if about["type"] != "file" or any(part.startswith(".") for part in below.split("/")):
+        is_hidden = any(part.startswith(".") for part in below.split("/"))
+        if about["type"] == "file" and not is_hidden:
+            by_folder[posixpath.dirname(path)].append(path)
+    for folder, paths in by_folder.items():
+        if folder != root and _is_bag(paths):
+            size = sum(_size(files[path]) for path in paths)
+            yield _source(protocol, given, root, folder[len(root) :].lstrip("/"), size)
             continue
-        folder = posixpath.dirname(path)
-        if folder in bags:
-            bags[folder] += int(about.get("size") or 0)
-        elif _is_recording(fs, path, format):
-            size = int(about.get("size") or 0)
-            yield _source(protocol, given, root, below, size)
-    for folder, size in bags.items():
-        yield _source(protocol, given, root, folder[len(root) :].lstrip("/"), size)
+        for path in paths:
+            if _is_recording(fs, path, format):
+                below = path[len(root) :].lstrip("/")
+                yield _source(protocol, given, root, below, _size(files[path]))
+
+
+def _size(about: dict[str, Any]) -> int:
+    return int(about.get("size") or 0)
 
 
 def _source(protocol: str, given: str, root: str, below: str, size: int) -> Source:
@@ -160,10 +172,10 @@ def _source(protocol: str, given: str, root: str, below: str, size: int) -> Sour
     return Source(f"{protocol}://{path}" if protocol else path, robot=robot, size=size)
 
 
-def _is_bag(files: dict[str, Any], folder: str) -> bool:
-    names = [path for path in files if posixpath.dirname(path) == folder]
-    has_data = any(name.lower().endswith((".mcap", ".db3", ".mcap.zstd", ".db3.zstd")) for name in names)
-    return f"{folder}/metadata.yaml" in names and has_data
+def _is_bag(paths: Iterable[str]) -> bool:
+    """Whether the files of a folder are a rosbag2."""
+    names = [posixpath.basename(path).lower() for path in paths]
+    return "metadata.yaml" in names and any(name.endswith(OF_BAGS) for name in names)
 
 
 def _is_recording(fs: Any, path: str, format: str | None) -> bool:
