@@ -102,6 +102,9 @@ pub enum Error {
     /// A result could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// A foot could not be asked or set.
+    #[error(transparent)]
+    Foot(#[from] crate::commands::foot::FootError),
     /// The source has nothing to give.
     #[error(transparent)]
     Source(#[from] live::LinkError),

@@ -25,6 +25,8 @@ pub enum Target<'a> {
     Configuration(&'a Path),
     /// A recording for ROS 2.
     Bag(&'a Path),
+    /// Settings of a foot.
+    Settings(&'a Path),
 }
 
 impl<'a> Target<'a> {
@@ -36,7 +38,8 @@ impl<'a> Target<'a> {
             | Self::Picture(path)
             | Self::Drawing(path)
             | Self::Configuration(path)
-            | Self::Bag(path) => path,
+            | Self::Bag(path)
+            | Self::Settings(path) => path,
         }
     }
 
@@ -48,6 +51,7 @@ impl<'a> Target<'a> {
             Self::Picture(_) => "pictures are SVG",
             Self::Drawing(_) => "pictures are SVG, PNG or pages",
             Self::Configuration(_) => "configurations are TOML",
+            Self::Settings(_) => "settings are text",
             Self::Bag(_) => "recordings for ROS 2 are MCAP",
         }
     }
@@ -61,6 +65,7 @@ impl<'a> Target<'a> {
             Self::Drawing(_) => &Drawing::EXTENSIONS,
             Self::Configuration(_) => &["toml"],
             Self::Bag(_) => &["mcap"],
+            Self::Settings(_) => &["txt"],
         }
     }
 }

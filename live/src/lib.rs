@@ -7,12 +7,14 @@
 //! | the lines: a serial port, an slcan adapter, a CAN interface, a file that is played | [`link`]'s files |
 //! | a robot whose feet are simulated, and run the board's own program | [`robot`] |
 //! | a line that is read by a thread of its own, and opened again when it breaks | [`feed`] |
+//! | one foot, asked and set over its line | [`foot`] |
 //! | the foot's clock on that of the receiver | [`clock`] |
 //!
 //! What the bytes mean, [`decode::live`] knows.
 
 pub mod clock;
 pub mod feed;
+pub mod foot;
 pub mod link;
 pub mod robot;
 pub mod source;

@@ -112,7 +112,7 @@ impl DecodeArguments {
 }
 
 /// A node id, decimal or with 0x hexadecimal.
-fn parse_node(text: &str) -> Result<NodeId, &'static str> {
+pub(super) fn parse_node(text: &str) -> Result<NodeId, &'static str> {
     let id = match text.strip_prefix("0x") {
         Some(digits) => u8::from_str_radix(digits, 16),
         None => text.parse(),

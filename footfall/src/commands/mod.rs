@@ -13,6 +13,7 @@
 //! | `calibrate` | [`calibrate`] |
 //! | `config` | [`config`] |
 //! | `explain` | [`explain`] |
+//! | `foot` | [`foot`] |
 //! | `schema` | [`schema`] |
 //! | `completions`, `man` | [`shell`] |
 //! | what options are grouped under, examples | [`headings`] |
@@ -26,6 +27,7 @@ pub mod decode;
 pub mod demo;
 pub mod evaluate;
 pub mod explain;
+pub mod foot;
 pub mod headings;
 pub mod monitor;
 pub mod record;
@@ -46,6 +48,7 @@ use config::ConfigArguments;
 use demo::DemoArguments;
 use evaluate::EvaluateArguments;
 use explain::ExplainArguments;
+use foot::FootArguments;
 use headings::{
     BATCH_EXAMPLES, CALIBRATE_EXAMPLES, COMPLETIONS_EXAMPLES, CONFIG_EXAMPLES, EXAMPLES,
     EXIT_CODES, MAN_EXAMPLES, REPLAY_EXAMPLES,
@@ -110,6 +113,8 @@ pub enum Command {
     /// Show, check or explain what a configuration file may set
     #[command(after_help = CONFIG_EXAMPLES)]
     Config(ConfigArguments),
+    /// Ask and set one foot: scan, info, get, set, save, restore, diff, export, import, reset
+    Foot(FootArguments),
     /// Say what a fault, a flag or a refusal means, and what to do about it
     Explain(ExplainArguments),
     /// Print the JSON Schema of what a command prints with --json
@@ -147,6 +152,7 @@ impl Arguments {
             Command::Attitude(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(),
             Command::Config(arguments) => arguments.run(),
+            Command::Foot(arguments) => arguments.run(),
             Command::Explain(arguments) => arguments.run(),
             Command::Schema(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
