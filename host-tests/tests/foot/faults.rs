@@ -342,6 +342,37 @@ fn a_foot_without_a_sensor_says_so_and_nothing_else() {
 }
 
 #[test]
+fn a_first_start_that_fails_is_reported_though_the_second_succeeds() {
+    let part = standing();
+    part.inject(PartFault::MisoStuckHigh);
+    let clear = |part: &SharedPart| part.with(Part::clear_faults);
+    let options = Run {
+        // The identity is read after 10 ms, and again no sooner than 20 ms later.
+        actions: &[(15 * MS, &clear)],
+        ..Run::default()
+    };
+    let mut bench = Bench::new(Settings::default());
+    let mut reported = Vec::new();
+    let mut restarts = 0;
+    run(
+        options,
+        &part,
+        &mut bench,
+        2 * SECOND,
+        |bench, _, measurement| {
+            restarts = measurement.restarts;
+            let emergencies = bench.emergencies();
+            reported.extend(emergencies.iter().map(|e| (e.fault, e.code)));
+        },
+    );
+    let fault = Fault::SensorWrongId;
+    reported.retain(|(of, _)| *of == Some(fault));
+    let codes: Vec<_> = reported.iter().map(|(_, code)| *code).collect();
+    assert_eq!(codes, [fault.code(), 0]);
+    assert_eq!((restarts, bench.foot.stage()), (1, Stage::Running));
+}
+
+#[test]
 fn a_rate_at_rest_that_is_no_bias_is_reported_in_thousandths_of_a_degree_per_second() {
     let turns = |seconds: f64| Stimulus {
         angular_rate: [0.0, 0.0, if seconds < 8.0 { 0.5 } else { 0.0 }],
