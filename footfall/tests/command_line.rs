@@ -124,7 +124,7 @@ fn an_interrupted_command_leaves_nothing_unfinished() {
     let interrupted = (0..20).any(|_| {
         // Interrupts are ignored where a shell without job control has started this.
         let mut child = Command::new("env")
-            .args(["--default-signal=INT", env!("CARGO_BIN_EXE_footfall")])
+            .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
             .args(["replay", "long.csv", "--output", "out.csv"])
             .current_dir(&bench.directory)
             .stdout(Stdio::null())

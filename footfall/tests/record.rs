@@ -80,7 +80,9 @@ fn a_recording_that_is_cut_off_anywhere_has_what_came_a_second_before() {
 fn an_interrupted_recording_is_finished_and_a_killed_one_opens() {
     for signal in ["INT", "KILL"] {
         let bench = Bench::new();
-        let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
+        // Interrupts are ignored where a shell without job control has started this.
+        let mut child = Command::new("env")
+            .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
             .args(["record", "demo:feet=2,speed=1", "-o", "walk.mcap"])
             .current_dir(&bench.directory)
             .stdout(Stdio::null())
