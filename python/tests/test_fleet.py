@@ -279,12 +279,12 @@ def test_a_recording_is_called_as_its_path_was_given_by_folder_or_by_pattern(
 def test_a_task_needs_less_memory_than_ray_is_told(tmp_path: Path) -> None:
     write_parquet(footfall.simulate("trot", 600.0, seed=5), tmp_path / "robot0" / "long.parquet")
     code = (
-        "import resource, sys; import footfall.fleet._work as w, footfall.fleet as f;"
+        "import re, sys; import footfall.fleet._work as w, footfall.fleet as f;"
         "from footfall._settings import read_options, settings;"
         "w.work(w.Task(sys.argv[1], f.Source(sys.argv[1]).identity(None), read_options(*9 * [None]),"
         " settings('default', None, None, None), {'window': None, 'strict': False, 'only_foot': None},"
         " sys.argv[2], {}, (), 'memory'));"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+        "print(re.search(r'VmHWM:\\s*(\\d+)', open('/proc/self/status').read()).group(1))"
     )
     command = [sys.executable, "-c", code, str(tmp_path / "robot0" / "long.parquet"), str(tmp_path / "out")]
     kilobytes = subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -357,12 +357,14 @@ def test_a_fleet_of_simulated_robots_shows_its_slips_and_the_sensors_that_drift(
 ) -> None:
     monkeypatch.syspath_prepend(str(EXAMPLE))
     figures, report, robots = map(importlib.import_module, ("figures", "report", "robots"))
+    second = cluster.add_node(num_cpus=1, memory=4 << 30, object_store_memory=100 << 20)
     truths = robots.simulate(tmp_path / "recordings", SECONDS)
     out = tmp_path / "tables"
     assert len(truths) == 200
     pattern = robots.PATH_PATTERN
     first = fleet.estimate(tmp_path / "recordings", out, path_pattern=pattern)
     assert statuses(first) == {"done": 200}
+    cluster.remove_node(second)
     rows = fleet.rows(out).to_pylist()
     assert {row["day"] for row in rows} == {robots.DAY}
 
