@@ -224,9 +224,17 @@ fn is_raw_length(text: &str) -> bool {
     matches!(text.as_bytes(), [b'9' | b'A'..=b'F'])
 }
 
+/// A whole second as `asc2log` writes it where its sum of two fractions has no remainder.
+const CARRIED: &str = "1000000";
+
 /// Seconds with six decimals, or with nine (`candump -N`), of which six are used.
 fn micros(text: &str) -> Option<Timestamp> {
     let (seconds, fraction) = text.split_once('.')?;
+    if fraction == CARRIED {
+        let whole: u64 = seconds.parse().ok()?;
+        let micros = whole.checked_add(1)?.checked_mul(1_000_000)?;
+        return Some(Timestamp::from_micros(micros));
+    }
     let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
     if !matches!(fraction.len(), 6 | 9) || !digits(seconds) || !digits(fraction) {
         return None;
@@ -441,6 +449,17 @@ mod tests {
         ] {
             assert_eq!(seconds(date), Some(days * 86_400), "{date}");
         }
+    }
+
+    #[test]
+    fn a_second_that_asc2log_has_not_carried_is_carried() {
+        let time = |text| parse(text).and_then(|line| line.time);
+        assert_eq!(
+            time("(1795234497.1000000) can0 191#FF R").map(Timestamp::as_micros),
+            Some(1_795_234_498_000_000)
+        );
+        assert_eq!(time("(1795234497.1000001) can0 191#FF"), None);
+        assert_eq!(time("(x.1000000) can0 191#FF"), None);
     }
 
     #[test]
