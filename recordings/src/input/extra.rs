@@ -13,6 +13,7 @@ pub(super) trait ExtraColumns {
     fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError>;
 
     /// The columns that it reads, by their index.
+    #[cfg(feature = "containers")]
     fn used(&self) -> Vec<usize>;
 
     /// Takes in a row.
@@ -32,6 +33,7 @@ impl ExtraColumns for () {
         Ok(())
     }
 
+    #[cfg(feature = "containers")]
     fn used(&self) -> Vec<usize> {
         Vec::new()
     }
