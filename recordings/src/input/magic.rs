@@ -89,7 +89,7 @@ pub(super) fn known(first: &[u8]) -> Option<Known> {
     })
 }
 
-/// What a file is that should be a log of frames, by its first [`LENGTH`] bytes or more; `None` where it
+/// What a file is that should be a log of frames, by its first `LENGTH` bytes or more; `None` where it
 /// may be one.
 #[must_use]
 pub fn no_log(first: &[u8]) -> Option<Foreign> {
