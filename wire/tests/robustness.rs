@@ -1,31 +1,15 @@
 //! A short, always equal run of what the fuzz targets in `fuzz/` run: their corpus, pieces of it
 //! damaged, and bytes from a generator.
 
+mod random;
 #[path = "../fuzz/targets.rs"]
 mod targets;
 
 use std::fs;
 use std::path::Path;
 
+use random::Random;
 use targets::{TARGETS, Target};
-
-/// A generator with a fixed seed (PCG, O'Neill 2014).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u32 {
-        let state = self.0;
-        self.0 = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        let mixed = ((state >> 18 ^ state) >> 27) as u32;
-        mixed.rotate_right((state >> 59) as u32)
-    }
-
-    fn below(&mut self, bound: usize) -> usize {
-        self.next() as usize % bound
-    }
-}
 
 fn corpus(name: &str) -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))

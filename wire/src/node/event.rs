@@ -49,13 +49,24 @@ pub enum Event {
     Calibration(Calibration),
 }
 
-/// A command to the calibration.
+/// A command to the calibration: sub-index 1 of object 0x2120.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Calibration {
     /// What the foot has learnt is in the settings now: the estimator goes on as it is.
     Keep,
     /// Nothing learnt is left in the settings: the estimator starts with nothing.
     Forget,
+}
+
+impl Calibration {
+    /// The command's code on the wire.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Keep => 1,
+            Self::Forget => 2,
+        }
+    }
 }
 
 /// How far the calibration is: sub-index 2 of object 0x2120.
@@ -78,6 +89,13 @@ impl CalibrationState {
             Self::Settled => 1,
             Self::Frozen => 2,
         }
+    }
+
+    /// The state with this code.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        let all = [Self::Settling, Self::Settled, Self::Frozen];
+        all.into_iter().find(|state| state.code() == code)
     }
 }
 

@@ -28,10 +28,23 @@ pub struct Health {
 /// A SYNC and when it came.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LastSync {
-    /// Its counter, 1 to 240; 0 where it had none, and before the first.
+    /// Its counter, 1 to [`Self::HIGHEST_NUMBER`]; 0 where it had none, and before the first.
     pub counter: u8,
     /// The foot's clock when it came.
     pub time: LongTime,
+}
+
+impl LastSync {
+    /// The highest number of a SYNC: CiA 301 lets its master count to between 2 and this, then from 1 again
+    /// (object 0x1019).
+    pub const HIGHEST_NUMBER: u8 = 240;
+
+    /// The number of the SYNC after the one with this number, where all numbers are used; 1 after 0, for the
+    /// first.
+    #[must_use]
+    pub const fn number_after(number: u8) -> u8 {
+        number % Self::HIGHEST_NUMBER + 1
+    }
 }
 
 impl Health {

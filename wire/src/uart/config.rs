@@ -17,8 +17,8 @@ use crate::dictionary::Address;
 use crate::node::Command;
 use crate::value::Value;
 
-/// The longest value: that of a text.
-const MAX_VALUE: usize = 32;
+/// The longest value, in bytes: that of a text.
+pub const MAX_VALUE: usize = 32;
 
 /// The bytes of a value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -23,7 +23,7 @@ mod log;
 mod payload;
 mod raw;
 
-pub use config::{Answer, ConfigGet, ConfigResponse, ConfigSet, NmtRequest};
+pub use config::{Answer, ConfigGet, ConfigResponse, ConfigSet, MAX_VALUE, NmtRequest};
 pub use contact::ContactMessage;
 pub use decoder::{Decoder, Drops, Problem};
 pub use health::HealthMessage;

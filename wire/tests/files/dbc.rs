@@ -3,11 +3,20 @@
 use std::fmt::Write;
 
 use wire::foot::cob_id;
+use wire::node::State;
 use wire::pdo::{Kind, Load, Quantity, Signal};
 use wire::{Fault, Foot, Pdo, Settings};
 
 /// The code of a signed signal without a value.
 const NO_VALUE: i16 = Quantity::NONE.0;
+
+/// What a heartbeat says.
+pub const NODE_STATES: [(State, &str); 4] = [
+    (State::Initialising, "boot_up"),
+    (State::Stopped, "stopped"),
+    (State::Operational, "operational"),
+    (State::PreOperational, "pre_operational"),
+];
 
 pub fn generate() -> String {
     let feet = Foot::ALL.map(Foot::name).join(" ");
@@ -121,6 +130,9 @@ CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
     let numbers: String = Fault::ALL
         .map(|fault| format!(" {} \"{}\"", fault.number(), fault.name()))
         .concat();
+    let states: String = NODE_STATES
+        .map(|(state, name)| format!(" {} \"{name}\"", state as u8))
+        .concat();
     for foot in Foot::ALL {
         let node = foot.default_node_id();
         let (emergency, heartbeat) = (
@@ -131,7 +143,7 @@ CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
             dbc,
             "VAL_ {emergency} EmergencyCode 0 \"gone\"{codes} ;
 VAL_ {emergency} FaultNumber{numbers} ;
-VAL_ {heartbeat} NodeState 0 \"boot_up\" 4 \"stopped\" 5 \"operational\" 127 \"pre_operational\" ;"
+VAL_ {heartbeat} NodeState{states} ;"
         );
     }
     dbc

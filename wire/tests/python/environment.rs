@@ -1,7 +1,7 @@
 //! A virtual environment under `target` with the packages of `requirements.txt`, for the tests of
 //! this crate and of host-tests.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -13,6 +13,9 @@ pub fn make() -> Result<PathBuf, String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
     let interpreter = folder.join("bin/python");
     let installed = folder.join("installed.txt");
+    // The tests of several crates share it, and may be the first at the same time.
+    let lock = File::create(folder.with_extension("lock")).map_err(|error| error.to_string())?;
+    lock.lock().map_err(|error| error.to_string())?;
     if fs::read_to_string(&installed).is_ok_and(|installed| installed == REQUIREMENTS) {
         return Ok(interpreter);
     }

@@ -1,0 +1,185 @@
+//! The decoder in `c/` is accepted by strict compilers of C and C++, and says of any bytes what
+//! this crate says of them.
+
+#[allow(dead_code, reason = "host-tests run the program of the README")]
+mod compare;
+#[path = "../random/mod.rs"]
+mod random;
+
+use std::ops::RangeInclusive;
+use std::path::Path;
+use std::{env, fs};
+
+use compare::{Counts, Language, Program, Sanitizers, committed};
+use random::Random;
+use wire::foot::cob_id;
+use wire::pdo::Load;
+use wire::uart::Kind;
+use wire::{Fault, Pdo};
+
+/// Frames of one run.
+const FRAMES: usize = 150_000;
+
+/// The decoder with sanitizers, or without where the machine has none and need not.
+fn sanitized(name: &str, language: Language) -> Program {
+    match Program::build(name, &committed(), language, Sanitizers::On) {
+        Ok(program) => program,
+        Err(error) => {
+            let required =
+                env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value == "1");
+            assert!(!required, "{error}");
+            println!("not checked with sanitizers: {error}");
+            Program::build(name, &committed(), language, Sanitizers::Off).expect("compilers")
+        }
+    }
+}
+
+/// Frames with every function code, most of them of a foot's; some too short or too long, some with
+/// identifiers that no foot has.
+fn can_frames(random: &mut Random) -> Vec<(u32, Vec<u8>)> {
+    let bases = Pdo::ALL.map(Pdo::base).into_iter();
+    let bases: Vec<u16> = bases
+        .chain([cob_id::EMERGENCY, cob_id::HEARTBEAT, Load::BASE])
+        .collect();
+    (0..FRAMES)
+        .map(|_| {
+            let id = match random.below(16) {
+                0 => random.next(),
+                1 => random.next() & 0x7FF,
+                _ => u32::from(bases[random.below(bases.len())]) + random.next() % 128,
+            };
+            let base = (id & 0x780) as u16;
+            let length = match (random.below(8), base) {
+                (0, _) => random.below(13),
+                (_, cob_id::HEARTBEAT) => 1,
+                (_, Load::BASE) => 4,
+                _ => 8,
+            };
+            let mut data: Vec<u8> = (0..length).map(|_| random.next() as u8).collect();
+            // Values that stand for something, and those at the ends.
+            for byte in &mut data {
+                match random.below(8) {
+                    0 => *byte = 0,
+                    1 => *byte = 0x80,
+                    2 => *byte = 0xFF,
+                    3 => *byte = 0x7F,
+                    _ => {}
+                }
+            }
+            if base == cob_id::EMERGENCY && length == 8 && random.below(4) > 0 {
+                let fault = Fault::ALL[random.below(Fault::ALL.len())];
+                data[..2].copy_from_slice(&fault.code().to_le_bytes());
+                data[3] = fault.number();
+            }
+            (id, data)
+        })
+        .collect()
+}
+
+/// Frames of the serial line with every type; payloads of the corpus, damaged or not, under a CRC
+/// that fits.
+fn serial_line(random: &mut Random) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/uart");
+    let mut files: Vec<_> = fs::read_dir(folder)
+        .expect("there is a corpus")
+        .map(|entry| entry.expect("readable").path())
+        .collect();
+    files.sort();
+    let corpus: Vec<Vec<u8>> = files
+        .iter()
+        .map(|file| plain(&fs::read(file).expect("readable")))
+        .collect();
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let mut line = Vec::new();
+    for _ in 0..FRAMES {
+        let mut frame = corpus[random.below(corpus.len())].clone();
+        frame.truncate(frame.len().saturating_sub(4));
+        for _ in 0..random.below(4) {
+            if !frame.is_empty() {
+                let at = random.below(frame.len());
+                frame[at] = random.next() as u8;
+            }
+        }
+        match random.below(12) {
+            0 => frame.truncate(random.below(frame.len() + 1)),
+            1 => frame.extend((0..random.below(160)).map(|_| random.next() as u8)),
+            2 if frame.len() > 1 => frame[1] = Kind::ALL[random.below(Kind::ALL.len())].code(),
+            _ => {}
+        }
+        if random.below(16) > 0 {
+            frame.extend(crc.checksum(&frame).to_le_bytes());
+        }
+        let mut coded = cobs::encode_vec(&frame);
+        if random.below(16) == 0 {
+            let at = random.below(coded.len());
+            coded[at] = random.next() as u8;
+        }
+        line.extend(coded);
+        line.push(0);
+    }
+    line
+}
+
+/// What the first frame of a piece of the corpus is before it is coded.
+fn plain(bytes: &[u8]) -> Vec<u8> {
+    bytes
+        .split(|byte| *byte == 0)
+        .filter(|coded| !coded.is_empty())
+        .find_map(|coded| cobs::decode_vec(coded).ok())
+        .unwrap_or_default()
+}
+
+/// Compares on frames from this seed, and makes sure that all there is came often.
+fn compare(program: &Program, seed: u64) {
+    let mut random = Random(seed);
+    let can = program.compare_can(&can_frames(&mut random));
+    let can = can.expect("the same of every CAN frame");
+    let kinds = Pdo::ALL.map(|pdo| pdo.name().to_lowercase());
+    let kinds = kinds.iter().map(String::as_str);
+    let others = ["emergency", "heartbeat", "load"];
+    came(&can, kinds.chain(others), 1..=3);
+    let serial = program.compare_serial(&serial_line(&mut random));
+    let serial = serial.expect("the same of every frame of the serial line");
+    let kinds = ["contact", "raw", "health", "log", "nmt"];
+    let others = ["config_get", "config_set", "config_response"];
+    came(&serial, kinds.into_iter().chain(others), 5..=11);
+}
+
+fn came<'a>(counts: &Counts, kinds: impl Iterator<Item = &'a str>, results: RangeInclusive<u8>) {
+    let results = results.map(|result| format!("result {result}"));
+    for kind in kinds.map(str::to_owned).chain(results) {
+        let count = counts.get(&kind).copied().unwrap_or(0);
+        assert!(count >= 100, "{kind} came {count} times: {counts:?}");
+    }
+}
+
+#[test]
+fn c_and_this_crate_say_the_same_of_any_frame() {
+    compare(&sanitized("print_c11", Language::C11), 0xC11);
+}
+
+#[test]
+fn cpp_and_this_crate_say_the_same_of_any_frame() {
+    compare(&sanitized("print_cpp17", Language::Cpp17), 0xC17);
+}
+
+#[test]
+fn a_scale_or_a_place_that_is_wrong_in_c_is_noticed() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("wrong_c");
+    fs::create_dir_all(&folder).expect("a folder");
+    fs::copy(committed().join("footfall.h"), folder.join("footfall.h")).expect("a header");
+    let source = fs::read_to_string(committed().join("footfall.c")).expect("a source");
+    let frames = can_frames(&mut Random(1));
+    for (right, wrong) in [
+        ("0.00125f", "0.00126f"),
+        ("u16_at(data + 6) * 10u", "u16_at(data + 4) * 10u"),
+        ("bits >> 4 & 0x01u", "bits >> 3 & 0x01u"),
+    ] {
+        assert!(source.contains(right), "{right}");
+        let changed = source.replace(right, wrong);
+        fs::write(folder.join("footfall.c"), changed).expect("a source");
+        let program = Program::build("print_wrong", &folder, Language::C11, Sanitizers::Off);
+        let compared = program.expect("it compiles").compare_can(&frames);
+        assert!(compared.is_err(), "{wrong} was not noticed");
+    }
+}
