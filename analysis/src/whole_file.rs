@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all: written under a name of their own, then renamed.
+//! Files and folders that are there whole or not at all: written under a name of their own, then renamed.
 //!
 //! The name begins with a point and ends in `.part`, so that readers of a folder pass over what is not
 //! complete.
@@ -56,8 +56,57 @@ impl Write for WholeFile {
     }
 }
 
-/// The name of an unfinished file, which is removed with it.
+/// A folder that is being filled, next to where it belongs. It is removed with all that is in it unless it is
+/// [finished].
+///
+/// [finished]: Self::finish
+pub struct WholeFolder {
+    unfinished: Unfinished,
+    path: PathBuf,
+}
+
+impl WholeFolder {
+    /// Begins a folder, in one that is there.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let unfinished = Unfinished::new(path);
+        fs::create_dir(&unfinished.0)?;
+        Ok(Self {
+            unfinished,
+            path: path.to_owned(),
+        })
+    }
+
+    /// Where it is filled.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.unfinished.0
+    }
+
+    /// Gives the folder its name, which nothing else has.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn finish(self) -> io::Result<()> {
+        fs::rename(&self.unfinished.0, &self.path)
+    }
+}
+
+/// The name of an unfinished file or folder, which is removed with it.
 struct Unfinished(PathBuf);
+
+/// Removes a file, or a folder with all that is in it.
+fn remove(path: &Path) {
+    // After success there is nothing under this name. After a failure the first error counts; that
+    // nothing could be tidied up adds nothing to it.
+    let _ = if path.is_dir() {
+        fs::remove_dir_all(path)
+    } else {
+        fs::remove_file(path)
+    };
+}
 
 /// Those that there are. Whoever has them locked keeps others from being begun.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -79,9 +128,7 @@ impl Unfinished {
 
 impl Drop for Unfinished {
     fn drop(&mut self) {
-        // After success there is nothing under this name. After a failure the first error counts; that
-        // nothing could be tidied up adds nothing to it.
-        let _ = fs::remove_file(&self.0);
+        remove(&self.0);
         all_unfinished().retain(|path| *path != self.0);
     }
 }
@@ -97,9 +144,7 @@ pub fn is_unfinished(path: &Path) -> bool {
 /// is begun.
 pub fn remove_unfinished_and_exit(code: i32) -> ! {
     let unfinished = all_unfinished();
-    for path in unfinished.iter() {
-        let _ = fs::remove_file(path);
-    }
+    unfinished.iter().for_each(|path| remove(path));
     std::process::exit(code)
 }
 
@@ -126,5 +171,26 @@ mod tests {
         assert_eq!(names(), std::slice::from_ref(&path));
         assert_eq!(fs::read(&path).unwrap(), b"one");
         assert!(!is_unfinished(&path));
+    }
+
+    #[test]
+    fn a_folder_has_its_name_when_it_is_finished_and_is_gone_where_it_is_not() {
+        let outer = tempfile::tempdir().unwrap();
+        let path = outer.path().join("bag");
+        for is_finished in [false, true] {
+            let folder = WholeFolder::create(&path).unwrap();
+            assert!(is_unfinished(folder.path()) && !path.exists());
+            fs::write(folder.path().join("x"), b"one").unwrap();
+            if is_finished {
+                folder.finish().unwrap();
+            } else {
+                drop(folder);
+            }
+            assert_eq!(
+                fs::read_dir(outer.path()).unwrap().count(),
+                usize::from(is_finished)
+            );
+        }
+        assert_eq!(fs::read(path.join("x")).unwrap(), b"one");
     }
 }

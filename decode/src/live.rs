@@ -15,9 +15,9 @@ use wire::pdo::{Health, Load};
 use wire::uart::{ConfigResponse, Decoder, HealthMessage, LogMessage, Message, RawSample};
 use wire::{CanFrame, Emergency, NodeId, Pdo};
 
-use crate::can::Log;
+use crate::can::{Log, Reception};
 use crate::uart::{self, Stream};
-use crate::{Feet, Medium, Report, Row};
+use crate::{Feet, Report, Row};
 
 /// How long a contact waits for what belongs to it where its foot sends no other, µs.
 const LONGEST_WAIT_US: u64 = 20_000;
@@ -92,7 +92,7 @@ impl Listener {
     #[must_use]
     pub fn new(feet: Feet) -> Self {
         Self {
-            can: Log::new(feet.clone()),
+            can: Log::new(feet.clone(), Reception::Live),
             feet,
             serial: BTreeMap::new(),
             lines: BTreeMap::new(),
@@ -234,17 +234,6 @@ impl Default for Listener {
     }
 }
 
-impl Medium {
-    /// What a person calls it.
-    #[must_use]
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::Can => "CAN",
-            Self::Uart => "serial line",
-        }
-    }
-}
-
 /// What a frame says beside the rows: of which node, and what.
 fn said(frame: &CanFrame) -> Option<(NodeId, Said)> {
     let id = frame.id();
@@ -305,6 +294,20 @@ mod tests {
         std::iter::from_fn(|| listener.next_heard()).collect()
     }
 
+    /// The row of the one contact that was heard, and its foot.
+    fn only_contact(heard: &[Heard]) -> (&FootKey, &Row) {
+        match heard {
+            [
+                Heard {
+                    foot,
+                    said: Said::Contact(row),
+                    ..
+                },
+            ] => (foot, row),
+            _ => panic!("{heard:?}"),
+        }
+    }
+
     #[test]
     fn a_contact_comes_out_with_what_belongs_to_it_when_its_foot_sends_the_next() {
         let mut listener = Listener::default();
@@ -316,16 +319,7 @@ mod tests {
         assert_eq!(all(&mut listener), []);
         listener.frame("can0", &contact(0x11, 2000), at(2000));
         let heard = all(&mut listener);
-        let [
-            Heard {
-                foot,
-                said: Said::Contact(row),
-                ..
-            },
-        ] = &heard[..]
-        else {
-            panic!("{heard:?}");
-        };
+        let (foot, row) = only_contact(&heard);
         assert_eq!((foot.node, &*foot.line), (Some(0x11), "can0"));
         assert_eq!(row.foot.as_deref(), Some("FL"));
         assert!(row.acceleration.is_some());
@@ -385,16 +379,7 @@ mod tests {
             listener.bytes("ttyACM0", &[*byte], at(1));
         }
         let heard = all(&mut listener);
-        let [
-            Heard {
-                foot,
-                said: Said::Contact(row),
-                ..
-            },
-        ] = &heard[..]
-        else {
-            panic!("{heard:?}");
-        };
+        let (foot, row) = only_contact(&heard);
         assert_eq!((&*foot.line, foot.node), ("ttyACM0", None));
         assert_eq!(row.timestamp.as_micros(), 5000);
     }

@@ -120,7 +120,6 @@ impl Report {
         *counted = counted.saturating_add(count);
     }
 
-    /// Counts the numbers between two that came one after the other.
     /// A frame came that counts as missing: others had overtaken it.
     pub(super) fn count_overtaken(&mut self) {
         self.missing = self.missing.saturating_sub(1);
@@ -128,6 +127,14 @@ impl Report {
         self.gaps = self.gaps.saturating_sub(1).max(least);
     }
 
+    /// More are missing in a gap than were counted there; fewer, where negative.
+    pub(super) fn correct_missing(&mut self, more: i64) {
+        self.missing = self.missing.saturating_add_signed(more);
+        let least = u64::from(self.missing > 0);
+        self.gaps = self.gaps.max(least);
+    }
+
+    /// Counts the numbers between two that came one after the other.
     pub(super) fn count_missing(&mut self, missing: u64) {
         self.missing += missing;
         self.gaps += u64::from(missing > 0);

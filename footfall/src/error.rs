@@ -82,6 +82,12 @@ pub enum Error {
         /// From its first sample to its last, s.
         duration: f64,
     },
+    /// The part of the recording that is asked for lies in a gap of it.
+    #[error("{file}: there is no sample from --from to --to")]
+    NothingInSpan {
+        /// The recording, as it was named.
+        file: String,
+    },
     /// The samples or rows cannot be kept while they are worked on.
     #[error(transparent)]
     Replay(#[from] ReplayError),
@@ -105,9 +111,26 @@ pub enum Error {
     /// A foot could not be asked or set.
     #[error(transparent)]
     Foot(#[from] crate::commands::foot::FootError),
+    /// Nothing can be published in ROS 2.
+    #[error("ROS 2: {0}")]
+    Ros2(#[from] ros_node::NodeError),
     /// The source has nothing to give.
     #[error(transparent)]
     Source(#[from] live::LinkError),
+    /// Several feet would become a table, which has one.
+    #[error(
+        "{file} has several feet, and a table has one: {}; choose one with --topic, or write .mcap",
+        feet.join(", ")
+    )]
+    OneFootOnly {
+        /// The recording, as it was named.
+        file: String,
+        /// Their names.
+        feet: Vec<String>,
+    },
+    /// Nothing can be served to viewers.
+    #[error(transparent)]
+    View(#[from] crate::view::ViewError),
     /// The summary could not be printed.
     #[error("the summary cannot be printed: {0}")]
     Print(#[source] io::Error),

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use analysis::whole_file::{WholeFile, remove_unfinished_and_exit};
+use mcap::McapError;
 use thiserror::Error;
 
 /// Why a result could not be written.
@@ -37,6 +38,12 @@ pub enum OutputError {
         /// The file, as it was named.
         file: String,
     },
+    /// There is a file of that name, in place of which a folder would come.
+    #[error("{file} is there already, and a folder replaces nothing: name another")]
+    NotReplaced {
+        /// The file, as it was named.
+        file: String,
+    },
     /// There is a directory of that name.
     #[error("{file} cannot be written: it is a directory")]
     IsDirectory {
@@ -58,6 +65,17 @@ pub enum OutputError {
         kind: &'static str,
         /// What its name must end in; several are joined by "or".
         expected: String,
+    },
+    /// A rosbag2 would go to standard output.
+    #[error("a rosbag2 is a folder, which cannot go to standard output")]
+    NoStdout,
+    /// A bag has no times as late as those of the recording.
+    #[error(
+        "{file} cannot be written: messages of ROS 2 have no times after 2038; check the unit of the times"
+    )]
+    TooLate {
+        /// The bag, as it was named.
+        file: String,
     },
     /// Two results would go to standard output.
     #[error("standard output takes one result: a table or picture (-), or --json")]
@@ -116,6 +134,15 @@ fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Resu
     buffer.flush()
 }
 
+/// What the operating system says, where it is that which an MCAP could not be written for.
+#[must_use]
+pub fn io_error(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        error => io::Error::other(error),
+    }
+}
+
 /// The directory that a path names, where it names one.
 #[must_use]
 pub fn directory_of(path: &Path) -> Option<&Path> {
@@ -139,28 +166,21 @@ fn filled(file: File, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
     buffer.flush()
 }
 
-/// From now on, an interrupted program leaves no unfinished file behind: it removes them and ends with
-/// [`INTERRUPTED`]. Where the system does not let it, they stay.
-pub fn tidy_up_when_interrupted() {
-    let _ = ctrlc::try_set_handler(|| {
-        let is_asked = INTERRUPTION.compare_exchange(
-            FINISHES,
-            FINISHING,
-            Ordering::Relaxed,
-            Ordering::Relaxed,
-        );
-        if is_asked.is_err() {
-            remove_unfinished_and_exit(INTERRUPTED);
-        }
-    });
-}
-
 /// What an interruption does: ends the program at once; asks it to finish; it has been asked, so that the
 /// next one ends it.
 static INTERRUPTION: AtomicU8 = AtomicU8::new(ENDS);
 const ENDS: u8 = 0;
 const FINISHES: u8 = 1;
 const FINISHING: u8 = 2;
+
+/// What an interruption does now.
+pub(crate) fn interrupt() {
+    let is_asked =
+        INTERRUPTION.compare_exchange(FINISHES, FINISHING, Ordering::Relaxed, Ordering::Relaxed);
+    if is_asked.is_err() {
+        remove_unfinished_and_exit(INTERRUPTED);
+    }
+}
 
 /// From now on, the first interruption only asks this command to finish what it does:
 /// [`is_interrupted`]. The next one ends it.

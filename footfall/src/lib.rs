@@ -11,19 +11,23 @@
 //! | whether the results can be written | [`targets`] |
 //! | the estimator runs over it, sample by sample | [`analysis::replay`], drawn by [`replay`] |
 //! | or learns a foot in advance, or finds what is wrong with the sensor | [`analysis::calibrate`] |
+//! | or becomes a file of another format | [`convert`] |
 //! | how good that was | [`scoring`]; as a report [`attitude`], as tables and pictures [`evaluate`] |
 //! | what the foot sends of it, and back again | [`walking_foot`], [`mod@decode`] |
-//! | feet that stream, from a source that is read by a thread | [`monitor`], [`mod@live`], [`mod@ros`] |
+//! | feet that stream, from a source that is read by a thread | [`monitor`], [`mod@live`], [`mod@ros`]; as messages [`stream`], for viewers [`view`] |
 //! | the table, the picture, the summary | [`recordings::output`], [`plot`], [`analysis::summary`], put together by [`report`] |
-//! | a result becomes a file | [`files`] |
+//! | a result becomes a file | [`files`]; nothing is left of one that is interrupted: [`interruption`] |
 //! | results as JSON: the parameters in force, the schemas | [`analysis::parameters`], [`schema`] |
 //! | what is said on standard error | [`messages`] |
 
 pub mod attitude;
 pub mod commands;
+pub mod convert;
 pub mod error;
 pub mod evaluate;
 pub mod files;
+pub mod interruption;
+pub mod mcap_recording;
 pub mod messages;
 pub mod monitor;
 pub mod plot;
@@ -31,7 +35,9 @@ pub mod progress;
 pub mod replay;
 pub mod report;
 pub mod schema;
+pub mod stream;
 pub mod targets;
+pub mod view;
 pub mod walking_foot;
 
 pub use error::Error;

@@ -4,10 +4,10 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use footfall::commands::Arguments;
-use footfall::{files, messages};
+use footfall::{interruption, messages};
 
 fn main() -> ExitCode {
-    files::tidy_up_when_interrupted();
+    interruption::tidy_up_when_interrupted();
     match Arguments::parse().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -1,7 +1,8 @@
 //! What the JSON of a command is described by: a JSON Schema (draft 2020-12) for each kind of object.
 //!
-//! Each object names its schema under `schema`. The number at its end grows where a field is removed or
-//! changes its meaning; that a field is added changes nothing for those who do not know it.
+//! Each object names its schema under `schema`, but for those whose keys are settings and for lists. The
+//! number at its end grows where a field is removed or changes its meaning; that a field is added changes
+//! nothing for those who do not know it.
 //! `docs/schemas` keeps the schemas as files.
 
 use analysis::calibrate::learnt::LearntFoot;
@@ -16,6 +17,8 @@ use serde_json::{Value, json};
 
 use crate::attitude::AttitudeReport;
 use crate::commands::batch::BatchReport;
+use crate::commands::foot::{FootChanges, FootInfo, FootScan, FootValues};
+use crate::monitor::lines::{EventLine, FootLine};
 use scoring::Evaluation;
 
 /// The kinds of objects that are printed.
@@ -35,11 +38,23 @@ pub enum Kind {
     Attitude,
     /// Of `footfall evaluate --json`
     Evaluate,
+    /// Of the lines of `footfall monitor --json` that show a foot
+    Monitor,
+    /// Of the lines of `footfall monitor --json` that show an event
+    MonitorEvent,
+    /// Of `footfall foot SOURCE scan --json`, which does not name its schema
+    FootScan,
+    /// Of `footfall foot SOURCE info --json`
+    FootInfo,
+    /// Of `footfall foot SOURCE get --json`, which does not name its schema
+    FootGet,
+    /// Of `set`, `diff` and `import` of `footfall foot SOURCE --json`, which do not name it
+    FootChanges,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 13] = [
         Self::Replay,
         Self::Batch,
         Self::Calibrate,
@@ -47,6 +62,12 @@ impl Kind {
         Self::Decode,
         Self::Attitude,
         Self::Evaluate,
+        Self::Monitor,
+        Self::MonitorEvent,
+        Self::FootScan,
+        Self::FootInfo,
+        Self::FootGet,
+        Self::FootChanges,
     ];
 
     /// Its name, as `footfall schema` takes it.
@@ -60,6 +81,12 @@ impl Kind {
             Self::Decode => "decode",
             Self::Attitude => "attitude",
             Self::Evaluate => "evaluate",
+            Self::Monitor => "monitor",
+            Self::MonitorEvent => "monitor-event",
+            Self::FootScan => "foot-scan",
+            Self::FootInfo => "foot-info",
+            Self::FootGet => "foot-get",
+            Self::FootChanges => "foot-changes",
         }
     }
 
@@ -74,6 +101,12 @@ impl Kind {
             Self::Decode => "urn:footfall:decode:1",
             Self::Attitude => "urn:footfall:attitude:1",
             Self::Evaluate => "urn:footfall:evaluate:1",
+            Self::Monitor => "urn:footfall:monitor:1",
+            Self::MonitorEvent => "urn:footfall:monitor-event:1",
+            Self::FootScan => "urn:footfall:foot-scan:1",
+            Self::FootInfo => "urn:footfall:foot-info:1",
+            Self::FootGet => "urn:footfall:foot-get:1",
+            Self::FootChanges => "urn:footfall:foot-changes:1",
         }
     }
 
@@ -81,15 +114,37 @@ impl Kind {
     #[must_use]
     pub fn text(self) -> String {
         let schema = match self {
-            Self::Replay => schema::<Summaries>(),
-            Self::Batch => schema::<BatchReport>(),
-            Self::Calibrate => schema::<WithInputs<LearntFoot>>(),
-            Self::CalibrateRests => schema::<WithInputs<SensorCalibration>>(),
-            Self::Decode => schema::<decode::Report>(),
-            Self::Attitude => schema::<AttitudeReport>(),
-            Self::Evaluate => schema::<Evaluation>(),
+            Self::Replay => self.schema::<Document<'_, Summaries>>(),
+            Self::Batch => self.schema::<Document<'_, BatchReport>>(),
+            Self::Calibrate => self.schema::<Document<'_, WithInputs<LearntFoot>>>(),
+            Self::CalibrateRests => self.schema::<Document<'_, WithInputs<SensorCalibration>>>(),
+            Self::Decode => self.schema::<Document<'_, decode::Report>>(),
+            Self::Attitude => self.schema::<Document<'_, AttitudeReport>>(),
+            Self::Evaluate => self.schema::<Document<'_, Evaluation>>(),
+            Self::Monitor => self.schema::<Line<'_, FootLine<'_>>>(),
+            Self::MonitorEvent => self.schema::<Line<'_, EventLine<'_>>>(),
+            Self::FootScan => self.schema::<FootScan>(),
+            Self::FootInfo => self.schema::<Line<'_, FootInfo>>(),
+            Self::FootGet => self.schema::<FootValues>(),
+            Self::FootChanges => self.schema::<FootChanges>(),
         };
         format!("{:#}\n", schema.as_value())
+    }
+
+    /// The schema of what is printed as a `T`.
+    fn schema<T: JsonSchema>(self) -> Schema {
+        let settings = SchemaSettings::draft2020_12().for_serialize();
+        let mut schema = settings.into_generator().into_root_schema_for::<T>();
+        RecursiveTransform(for_readers_of_json).transform(&mut schema);
+        schema.insert("$id".to_owned(), json!(self.id()));
+        schema.insert(
+            "title".to_owned(),
+            json!(format!("JSON of footfall: {}", self.name())),
+        );
+        if let Some(id) = schema.pointer_mut("/properties/schema") {
+            id["const"] = json!(self.id());
+        }
+        schema
     }
 }
 
@@ -127,6 +182,18 @@ impl Described for Evaluation {
     const KIND: Kind = Kind::Evaluate;
 }
 
+impl Described for FootLine<'_> {
+    const KIND: Kind = Kind::Monitor;
+}
+
+impl Described for EventLine<'_> {
+    const KIND: Kind = Kind::MonitorEvent;
+}
+
+impl Described for FootInfo {
+    const KIND: Kind = Kind::FootInfo;
+}
+
 /// An object as it is printed.
 #[derive(Debug, JsonSchema, Serialize)]
 pub struct Document<'a, R> {
@@ -149,22 +216,24 @@ impl<'a, R: Described> Document<'a, R> {
     }
 }
 
-fn schema<R: Described>() -> Schema {
-    let settings = SchemaSettings::draft2020_12().for_serialize();
-    let mut schema = settings
-        .into_generator()
-        .into_root_schema_for::<Document<'_, R>>();
-    RecursiveTransform(for_readers_of_json).transform(&mut schema);
-    let kind = R::KIND;
-    schema.insert("$id".to_owned(), json!(kind.id()));
-    schema.insert(
-        "title".to_owned(),
-        json!(format!("JSON of footfall: {}", kind.name())),
-    );
-    if let Some(id) = schema.pointer_mut("/properties/schema") {
-        id["const"] = json!(kind.id());
+/// An object about feet as it is printed: without the version of the program, which would stand in
+/// every line, or beside that of a foot.
+#[derive(Debug, JsonSchema, Serialize)]
+pub struct Line<'a, R> {
+    /// What describes this object.
+    schema: &'static str,
+    #[serde(flatten)]
+    line: &'a R,
+}
+
+impl<'a, R: Described> Line<'a, R> {
+    /// Of a foot as it is.
+    pub const fn of(line: &'a R) -> Self {
+        Self {
+            schema: R::KIND.id(),
+            line,
+        }
     }
-    schema
 }
 
 /// Takes out what is for readers of the code: links, and that a type, where a file is read, takes no

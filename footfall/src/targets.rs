@@ -27,6 +27,8 @@ pub enum Target<'a> {
     Bag(&'a Path),
     /// Settings of a foot.
     Settings(&'a Path),
+    /// A recording; how it is laid out, its name or an option has said.
+    Samples(&'a Path),
 }
 
 impl<'a> Target<'a> {
@@ -39,7 +41,8 @@ impl<'a> Target<'a> {
             | Self::Drawing(path)
             | Self::Configuration(path)
             | Self::Bag(path)
-            | Self::Settings(path) => path,
+            | Self::Settings(path)
+            | Self::Samples(path) => path,
         }
     }
 
@@ -53,10 +56,11 @@ impl<'a> Target<'a> {
             Self::Configuration(_) => "configurations are TOML",
             Self::Settings(_) => "settings are text",
             Self::Bag(_) => "recordings for ROS 2 are MCAP",
+            Self::Samples(_) => "recordings are CSV, Parquet or bags",
         }
     }
 
-    /// What its name ends in, one of these.
+    /// What its name ends in, one of these; in anything where there are none.
     const fn extensions(self) -> &'static [&'static str] {
         match self {
             Self::Estimates(_) => &Layout::EXTENSIONS,
@@ -66,6 +70,7 @@ impl<'a> Target<'a> {
             Self::Configuration(_) => &["toml"],
             Self::Bag(_) => &["mcap"],
             Self::Settings(_) => &["txt"],
+            Self::Samples(_) => &[],
         }
     }
 }
@@ -175,8 +180,7 @@ pub fn with_foot(path: &Path, foot: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// A file's name that is none of those that are taken, with a number before the extension where it
-/// would be.
+/// The file's name; where it is taken, with a number before the extension.
 #[must_use]
 pub fn unlike(path: PathBuf, taken: &[PathBuf]) -> PathBuf {
     let numbered = (2..).map(|number: u32| with_foot(&path, &number.to_string()));
@@ -190,7 +194,10 @@ fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
     let special = path.exists() && !path.is_file();
     let extension = path.extension().unwrap_or_default();
     let mut known = target.extensions().iter();
-    if special || known.any(|known| extension.eq_ignore_ascii_case(known)) {
+    if special
+        || target.extensions().is_empty()
+        || known.any(|known| extension.eq_ignore_ascii_case(known))
+    {
         Ok(())
     } else {
         Err(OutputError::Extension {

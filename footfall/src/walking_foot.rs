@@ -7,24 +7,16 @@
 use decode::can_log::Logged;
 use estimator_core::{ContactEstimate, ParamsError, Timestamp};
 use firmware::ports::Input;
-use firmware::sampling::{Activity, Measurement, Tick};
-use firmware::{Foot, Ports, Start};
+use firmware::sampling::{Measurement, Tick};
+use firmware::{Foot, Ports};
 use gait::Simulation;
+use gait::control::load_frame;
 use gait::record::TICK_US;
-use wire::dictionary::index;
-use wire::{Address, CanFrame, Settings, Value, pdo};
+use live::robot::board::{self, Bus, settings, switched_on};
+use wire::Settings;
 
-/// Time 0 of the foot's clock in logs, which need a date: the first of January 2021, µs.
-pub const EPOCH_US: u64 = 1_609_459_200_000_000;
-
-/// Name of the CAN interface in logs.
-pub const INTERFACE: &str = "can0";
-
-/// Time of a frame of 8 bytes on a bus of 1 Mbit/s, µs: 111 bits, stuff bits not counted.
-const FRAME_US: u64 = 111;
-
-/// The value of the load's source for RPDO1.
-const LOAD_OVER_CAN: Value = Value::U8(2);
+/// The serial number of the foot.
+const SERIAL: u32 = 1;
 
 /// Everything that a foot has estimated and sent.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,23 +35,9 @@ impl Transmission {
     pub fn can_log(&self) -> String {
         self.can
             .iter()
-            .map(|logged| format!("{}\n", logged.line(INTERFACE)))
+            .map(|logged| format!("{}\n", logged.line(board::INTERFACE)))
             .collect()
     }
-}
-
-/// The default settings, but with the load over CAN: the simulated foot knows it.
-///
-/// # Panics
-/// Never: the dictionary has this value.
-#[must_use]
-pub fn settings() -> Settings {
-    let mut settings = Settings::default();
-    let source = Address::new(index::LOAD_INPUT, 1);
-    settings
-        .set(source, LOAD_OVER_CAN)
-        .expect("the dictionary has it");
-    settings
 }
 
 /// Walks with [`settings`]: one tick per sample.
@@ -83,20 +61,13 @@ pub fn walk_with(
     simulation: &Simulation,
     mut change: impl FnMut(usize, &mut Measurement),
 ) -> Result<Transmission, ParamsError> {
-    let mut foot = Foot::new(settings.clone(), switched_on())?;
+    let mut foot = Foot::new(settings.clone(), switched_on(SERIAL))?;
     let ports = Ports::new();
     let mut sent = Transmission::default();
     let mut bus = Bus::default();
     let samples = simulation.recording.samples.iter().zip(&simulation.raw);
     for (index, (sample, raw)) in samples.enumerate() {
-        let mut measurement = Measurement {
-            sample: sample.imu,
-            raw: *raw,
-            activity: Activity::Measuring,
-            fault: None,
-            saturated_for_long: false,
-            restarts: 0,
-        };
+        let mut measurement = board::measurement(sample.imu, *raw);
         change(index, &mut measurement);
         let edge = measurement.sample.timestamp;
         let tick = Tick {
@@ -104,48 +75,23 @@ pub fn walk_with(
             edge: Some(edge),
             ..Tick::default()
         };
-        if let (Some(load), Some(id)) = (sample.load, settings.node_id()) {
-            let id = id.cob_id(pdo::Load::BASE);
-            if let Some(frame) = CanFrame::new(id, &pdo::Load(load.0).encode()) {
-                let taken = ports.try_put(Input::Can(frame, tick.time));
-                assert!(taken, "each tick empties the inputs");
-            }
+        if let (Some(load), Some(id)) = (sample.load, settings.node_id())
+            && let Some(frame) = load_frame(id, load.0)
+        {
+            let taken = ports.try_put(Input::Can(frame, tick.time));
+            assert!(taken, "each tick empties the inputs");
         }
         foot.tick(&tick, &measurement, None, &ports);
         sent.estimates.push(*foot.estimate());
         while let Some(frame) = ports.try_next_can() {
-            sent.can.push(bus.carry(edge, frame));
+            let at = board::in_logs(bus.carry(edge));
+            sent.can.push(Logged { at, frame });
         }
         while let Some(frame) = ports.try_next_uart() {
             sent.uart.extend_from_slice(frame.as_bytes());
         }
     }
     Ok(sent)
-}
-
-/// The start of a board that is switched on, with its brown-out reset at the highest level.
-fn switched_on() -> Start {
-    Start {
-        serial: 1,
-        brown_out_level: 3,
-        ..Start::default()
-    }
-}
-
-/// A bus with one sender: one frame after the other, stamped when it is complete.
-#[derive(Default)]
-struct Bus {
-    free_us: u64,
-}
-
-impl Bus {
-    fn carry(&mut self, at: Timestamp, frame: CanFrame) -> Logged {
-        self.free_us = self.free_us.max(at.as_micros()) + FRAME_US;
-        Logged {
-            at: Timestamp::from_micros(EPOCH_US + self.free_us),
-            frame,
-        }
-    }
 }
 
 #[cfg(test)]

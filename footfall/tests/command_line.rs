@@ -145,6 +145,34 @@ fn an_interrupted_command_leaves_nothing_unfinished() {
     assert!(interrupted);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_that_is_ignored_at_the_start_stays_so_and_the_others_work() {
+    for (ignored, sent) in [("INT", "TERM"), ("HUP", "INT"), ("HUP", "TERM")] {
+        let bench = Bench::new();
+        let mut child = Command::new("env")
+            .args(["--default-signal", &format!("--ignore-signal={ignored}")])
+            .arg(env!("CARGO_BIN_EXE_footfall"))
+            .args(["record", "demo:feet=1,speed=1", "--output", "walk.mcap"])
+            .current_dir(&bench.directory)
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the command that was just built");
+        let id = child.id().to_string();
+        let send = |signal: &str| {
+            let kill = Command::new("kill").args(["-s", signal, &id]).status();
+            assert!(kill.expect("kill").success());
+        };
+        sleep(Duration::from_millis(1500));
+        send(ignored);
+        sleep(Duration::from_millis(300));
+        assert!(child.try_wait().expect("a child").is_none(), "{ignored}");
+        send(sent);
+        let status = child.wait().expect("a child");
+        assert_eq!(status.code(), Some(0), "{sent} with {ignored} ignored");
+    }
+}
+
 #[test]
 fn a_configuration_is_checked_with_place_and_suggestion() {
     let bench = Bench::new();

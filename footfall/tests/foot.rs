@@ -84,3 +84,122 @@ fn a_setting_that_is_wrong_is_refused_with_its_name_and_range() {
     let (set, _) = foot(&bench, "demo:speed=10 set decision.threshold=0.75 --save");
     assert_eq!(set, "decision.threshold: 0.5 → 0.75\nstored\n");
 }
+
+#[test]
+fn a_board_is_made_another_foot_and_described_as_that() {
+    let bench = Bench::new();
+    let (info, error) = foot(&bench, "demo:speed=10 id rr");
+    assert!(info.starts_with("foot     RR, node 20\n"), "{info}{error}");
+    let (info, _) = foot(&bench, "demo:speed=10,line=uart id FR");
+    assert!(info.starts_with("foot     FR, serial line\n"), "{info}");
+    for (arguments, expected) in [
+        (
+            "demo:feet=4,speed=10 --node 17 id FR",
+            "would become node 18, which is on the bus already",
+        ),
+        ("demo:speed=10 id XY", "write one of FL, FR, RL, RR, L, R"),
+    ] {
+        let (_, error) = foot(&bench, arguments);
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn a_foot_that_walks_is_calibrated_and_one_that_does_not_learn_says_so() {
+    let bench = Bench::new();
+    let (text, error) = foot(&bench, "demo:speed=5 --node 17 calibrate");
+    for expected in [
+        "kept and stored\n",
+        "acceleration_still ",
+        "rate_moving ",
+        "gyroscope_bias_z ",
+        "accelerometer_scale_x ",
+    ] {
+        assert!(text.contains(expected), "{expected}: {text}{error}");
+    }
+    assert!(error.contains("let the foot walk: "), "{error}");
+    let (json, _) = foot(&bench, "demo:speed=20,line=uart calibrate --json");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let still = json["learnt"]["acceleration_still"].as_f64();
+    let moving = json["learnt"]["acceleration_moving"].as_f64();
+    assert!(still < moving, "{json}");
+    assert_eq!(
+        json["gyroscope_bias_rad_s"].as_array().map(Vec::len),
+        Some(3)
+    );
+    let (_, error) = foot(&bench, "demo:speed=1 calibrate --seconds 0.5");
+    assert!(
+        error.contains("has not learnt enough in 0.5 s ("),
+        "{error}"
+    );
+    let (forgotten, _) = foot(&bench, "demo:speed=10 calibrate --forget");
+    assert_eq!(forgotten, "what was learnt is forgotten\n");
+}
+
+#[test]
+fn a_sensor_is_tested() {
+    let bench = Bench::new();
+    let (text, error) = foot(&bench, "demo selftest");
+    assert_eq!(text, "the sensor has passed its self-test\n", "{error}");
+}
+
+#[test]
+fn the_clocks_of_four_feet_are_compared_with_their_errors() {
+    let bench = Bench::new();
+    let (text, error) = foot(&bench, "demo:feet=4 sync --seconds 3");
+    let lines: Vec<_> = text.lines().collect();
+    assert_eq!(lines.len(), 3, "{text}{error}");
+    assert!(lines[0].starts_with("FR − FL: +137.0"), "{text}");
+    let (json, _) = foot(&bench, "demo:feet=2 sync --seconds 3 --json");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(
+        (&json["reference"], &json["feet"][0]["foot"]),
+        (&"L".into(), &"R".into())
+    );
+    for (arguments, expected) in [
+        (
+            "demo:feet=1 sync --seconds 1",
+            "feet that reported a SYNC: 1",
+        ),
+        ("demo:feet=2 sync --seconds 1 --send", "leave out --send"),
+        ("demo:feet=2,line=uart sync --seconds 1", "no SYNCs"),
+    ] {
+        let (_, error) = foot(&bench, arguments);
+        assert!(error.contains(expected), "{arguments}: {error}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_interrupted_while_it_sets_a_foot_is_done_to_its_end() {
+    use std::process::{Command, Stdio};
+    // Interrupts are ignored where a shell without job control has started this.
+    let child = Command::new("env")
+        .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
+        .args(["foot", "demo", "id", "FR"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the command that was just built");
+    // It listens for feet for 1.2 s, and again for boards that have the id: it is in between.
+    std::thread::sleep(std::time::Duration::from_millis(2000));
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args(["-s", "INT", &id]).status();
+    assert!(kill.expect("kill runs").success());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(0));
+    let info = text(&output.stdout);
+    assert!(info.starts_with("foot     FR, node 18\n"), "{info}");
+}
+
+#[test]
+fn a_file_without_settings_and_a_setting_named_twice_are_refused() {
+    let bench = Bench::with("foot.txt", "# settings of a foot\n");
+    for action in ["import", "diff"] {
+        let (output, error) = foot(&bench, &format!("demo:speed=10 {action} foot.txt"));
+        assert_eq!(output, "");
+        assert!(error.contains("foot.txt: it holds no setting"), "{error}");
+    }
+    let (output, error) = foot(&bench, "demo:speed=10 set window=40000 window=50000");
+    assert_eq!(output, "");
+    assert!(error.contains("is named twice"), "{error}");
+}

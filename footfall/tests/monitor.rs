@@ -88,8 +88,15 @@ fn a_log_and_a_recording_of_the_demo_are_played() {
     }
 }
 
-/// Runs the monitor in tmux, and looks at what is on the terminal until it has all of `words`.
-fn on_a_terminal(columns: u16, rows: u16, keys: &[&str], words: &[&str]) {
+#[test]
+fn what_cannot_be_played_is_an_error() {
+    let (lines, error, code) = monitor(&["file:there-is-none.log"]);
+    assert_eq!(code, Some(1), "{lines}");
+    assert!(error.contains("there-is-none.log"), "{error}");
+}
+
+/// Runs a command in tmux, and looks at what is on the terminal until it has all of `words`.
+fn on_a_terminal(command: &str, columns: u16, rows: u16, keys: &[&str], words: &[&str]) {
     let session = format!("footfall-{columns}x{rows}-{}", std::process::id());
     let socket = env::temp_dir().join(&session);
     let tmux = |arguments: &[&str]| {
@@ -100,7 +107,6 @@ fn on_a_terminal(columns: u16, rows: u16, keys: &[&str], words: &[&str]) {
             .output();
         run.expect("tmux runs")
     };
-    let command = format!("{PROGRAM} monitor demo:feet=4");
     let (x, y) = (columns.to_string(), rows.to_string());
     let started = tmux(&[
         "-f",
@@ -113,7 +119,7 @@ fn on_a_terminal(columns: u16, rows: u16, keys: &[&str], words: &[&str]) {
         &x,
         "-y",
         &y,
-        &command,
+        command,
     ]);
     assert!(started.status.success(), "{started:?}");
     let mut screen = String::new();
@@ -160,8 +166,42 @@ fn on_a_real_terminal_four_feet_walk_and_keys_work() {
         "mark 1",
         "paused",
     ];
-    on_a_terminal(80, 24, &["m", "Space"], &words);
-    on_a_terminal(200, 55, &["m", "Space"], &words);
+    let command = format!("{PROGRAM} monitor demo:feet=4");
+    on_a_terminal(&command, 80, 24, &["m", "Space"], &words);
+    on_a_terminal(&command, 200, 55, &["m", "Space"], &words);
+}
+
+#[test]
+fn a_key_begins_a_recording_that_quitting_ends() {
+    if Command::new("tmux").arg("-V").output().is_err() {
+        return common::unmet("tmux is not installed");
+    }
+    let bench = common::Bench::new();
+    std::fs::write(bench.path("footfall-1.mcap"), "taken").expect("a file");
+    let folder = bench.path("");
+    let command = format!(
+        "cd {} && {PROGRAM} monitor demo:line=uart",
+        folder.display()
+    );
+    // The third key comes a second after the first.
+    let keys = ["r", "m", "m", "m", "m"];
+    let words = ["recording to footfall-2.mcap", "mark 4"];
+    on_a_terminal(&command, 110, 30, &keys, &words);
+    let report = bench.stdout("replay footfall-2.mcap --topic /footfall/FL/imu --json");
+    let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+    let samples = report["recordings"][0]["samples"].as_u64();
+    assert!(samples > Some(500), "{report}");
+}
+
+#[test]
+fn a_signal_gives_the_terminal_back() {
+    if Command::new("tmux").arg("-V").output().is_err() {
+        return common::unmet("tmux is not installed");
+    }
+    let monitor = format!("timeout --foreground -s TERM 2 {PROGRAM} monitor demo");
+    // Raw, it would have -icanon and -echo.
+    let command = format!("{monitor}; stty -a; sleep 3");
+    on_a_terminal(&command, 100, 24, &[], &["isig icanon", " echo "]);
 }
 
 #[test]

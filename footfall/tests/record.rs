@@ -126,5 +126,22 @@ fn what_is_there_is_not_replaced_unless_it_is_asked_for() {
     );
     let output = bench.run("record file:none.log -o other.mcap");
     assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output.stderr).contains("none.log"));
+    assert!(text(&output.stderr).starts_with("footfall: none.log "));
+    assert!(!bench.path("other.mcap").exists());
+}
+
+#[test]
+fn nothing_is_replaced_by_a_recording_of_itself_or_of_what_cannot_be_read() {
+    let bench = Bench::with("walk.mcap", "precious");
+    for (source, says) in [
+        ("walk.mcap", "it is the recording itself"),
+        ("none.log", "none.log cannot be read"),
+    ] {
+        let output = bench.run(&format!("record file:{source} -o walk.mcap --overwrite"));
+        assert_eq!(output.status.code(), Some(1));
+        let said = text(&output.stderr);
+        assert!(said.contains(says), "{said}");
+        let kept = fs::read(bench.path("walk.mcap")).expect("a file");
+        assert_eq!(kept, b"precious", "{source}");
+    }
 }

@@ -45,6 +45,10 @@ impl Objects {
         self.files.extend([schema, object]);
     }
 
+    fn has(&self, kind: Kind) -> bool {
+        self.files.contains(&self.bench.path(&schema_file(kind)))
+    }
+
     /// Has them checked; what stands in the way is said in one line.
     fn check(&self) -> Result<(), String> {
         let packages = packages::install("python-jsonschema", REQUIREMENTS)?;
@@ -66,6 +70,14 @@ impl Objects {
 
 fn schema_file(kind: Kind) -> String {
     format!("{}.schema.json", kind.name())
+}
+
+/// The kind that an object names.
+fn kind_of(object: &Value) -> Kind {
+    let named = Kind::ALL
+        .into_iter()
+        .find(|kind| object["schema"] == kind.id());
+    named.expect("a schema")
 }
 
 /// Recordings whose numbers are anything.
@@ -160,6 +172,37 @@ fn every_object_is_as_its_schema_says() {
     let damaged = "(1.000000) can0 091#0170010100000000\n(1.000000) can0 191#FF\nnonsense\n";
     fs::write(bench.path("damaged.log"), damaged).expect("a file");
     objects.add(Kind::Decode, &bench.stdout("decode damaged.log --json"));
+    for source in [
+        "demo:feet=2,speed=max,seconds=3",
+        "demo:line=uart,speed=max,seconds=3",
+        "file:demo/can.log@max",
+        "file:damaged.log@max",
+    ] {
+        for line in bench.stdout(&format!("monitor {source} --json")).lines() {
+            let object: Value = serde_json::from_str(line).expect("JSON");
+            objects.add(kind_of(&object), line);
+        }
+    }
+    for (kind, arguments) in [
+        (Kind::FootScan, "demo:feet=2,speed=10 scan"),
+        (Kind::FootInfo, "demo:speed=10 info"),
+        (Kind::FootInfo, "demo:speed=10,line=uart info"),
+        (Kind::FootGet, "demo:speed=10 get"),
+        (
+            Kind::FootGet,
+            "demo:speed=10 get manufacturer_software_version stage",
+        ),
+        (Kind::FootChanges, "demo:speed=10 diff"),
+        (
+            Kind::FootChanges,
+            "demo:speed=10 set decision.threshold=0.6 tpdo2_communication_parameter.cob_id=off",
+        ),
+    ] {
+        let json = bench.stdout(&format!("foot {arguments} --json"));
+        objects.add(kind, &json);
+    }
+    let kinds = [Kind::Monitor, Kind::MonitorEvent];
+    assert!(kinds.map(|kind| objects.has(kind)) == [true, true]);
     let evaluation = labelled::bench().stdout("evaluate --datasets data --json");
     objects.add(Kind::Evaluate, &evaluation);
     if let Err(missing) = objects.check() {

@@ -10,6 +10,7 @@
 //! | the true motion at any moment, in closed form | [`track`] |
 //! | whether the foot is in stable contact, from its own velocity | [`label`] |
 //! | the specimen of the sensor, and what acts on it | [`sensor`] |
+//! | the robot around it: other feet, SYNCs, reports of load | [`control`] |
 //! | its registers, read at 1 kHz as the foot reads them: a recording | [`record`](mod@record) |
 //!
 //! The sensor itself is [`lsm6dsox::sim`], register for register.
@@ -23,6 +24,7 @@
 //! roots, and `libm` for everything else.
 
 mod activity;
+pub mod control;
 mod jet;
 pub mod label;
 pub mod plan;

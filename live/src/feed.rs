@@ -4,7 +4,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{
-    Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError, channel, sync_channel,
+    Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, TrySendError, channel,
+    sync_channel,
 };
 use std::thread;
 use std::time::Duration;
@@ -44,8 +45,8 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Opens a source. What is played waits for whoever uses it; of a device what nobody takes is lost,
-    /// and counted.
+    /// Opens a source. What is played waits until it is taken; what a device sends is dropped, and counted,
+    /// where too much of it waits.
     #[must_use]
     pub fn open(source: Source) -> Self {
         let (to, fed) = sync_channel(WAITING);
@@ -83,7 +84,7 @@ impl Feed {
 
     /// Sends something; what cannot be sent comes back as [`Fed::NotSent`].
     pub fn send(&self, sending: Sending) {
-        // Where the line has ended there is nobody to send to, which was said.
+        // Where the line has ended, that was reported already.
         let _ = self.sendings.send(sending);
     }
 
@@ -137,13 +138,11 @@ impl Feeder {
 
     /// Whether the feed was dropped: its end of the sendings is gone.
     fn is_left(&self) -> bool {
-        use std::sync::mpsc::TryRecvError;
         matches!(self.to_send.try_recv(), Err(TryRecvError::Disconnected))
     }
 
     /// Listens until the line breaks.
     fn listen(&self, link: &mut dyn Link) -> Result<LinkError, Left> {
-        use std::sync::mpsc::TryRecvError;
         loop {
             loop {
                 match self.to_send.try_recv() {

@@ -22,6 +22,7 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use decode::Row;
+use decode::live::Listener;
 use estimator_core::Timestamp;
 use thiserror::Error;
 use wire::CanFrame;
@@ -50,6 +51,19 @@ pub enum Arrival {
     Estimate(Box<Row>),
     /// A line of what is played that means nothing, or a frame that is none of ours, counted.
     Unreadable(String),
+}
+
+impl Arrival {
+    /// Hands it to a listener, as received at `at`; returns the text of what could not be read.
+    pub fn hand_to(self, listener: &mut Listener, at: Timestamp) -> Option<String> {
+        match self {
+            Self::Frame { interface, frame } => listener.frame(&interface, &frame, at),
+            Self::Bytes { port, bytes } => listener.bytes(&port, &bytes, at),
+            Self::Estimate(row) => listener.row(row, at),
+            Self::Unreadable(text) => return Some(text),
+        }
+        None
+    }
 }
 
 /// Something to be sent.

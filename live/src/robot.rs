@@ -5,70 +5,56 @@
 //! | what | file |
 //! |---|---|
 //! | the robot: one bus, or a serial line for each foot | this one |
+//! | its control: SYNCs and loads | [`gait::control`] |
 //! | a foot: its walk, its program, its requests | `foot` |
+//! | what a board adds: settings for its place, start, measurements; and the bus | [`board`] |
 //! | flash with its settings | `flash` |
 
+pub mod board;
 mod flash;
 mod foot;
 
 use std::collections::VecDeque;
 
 use estimator_core::Timestamp;
+use gait::control::{Control, PHASE_S};
 use gait::record::TICK_US;
-use wire::foot::cob_id;
-use wire::pdo::Load;
-use wire::{CanFrame, Foot as Position};
+use wire::CanFrame;
 
-use crate::link::demo::EPOCH;
-use crate::source::{DemoLine, MOST_FEET};
+use crate::source::DemoLine;
+use board::Bus;
 use foot::SimulatedFoot;
-
-/// Time of a frame of 8 bytes on a bus of 1 Mbit/s, µs: 111 bits, stuff bits not counted.
-const FRAME_US: u64 = 111;
-
-/// Ticks from one SYNC of the robot's control to the next, and from one report of loads to the next.
-const CONTROL_TICKS: u64 = 10;
-
-/// The highest number of a SYNC.
-const LAST_SYNC: u8 = 240;
-
-/// The phase between one foot and the next, s: a quarter of a stride.
-const PHASE_S: f64 = 0.225;
 
 /// A robot.
 pub struct Robot {
     feet: Vec<SimulatedFoot>,
     line: DemoLine,
     ticks: u64,
-    sync: u8,
+    control: Control,
     /// Frames that the bus has carried and nobody has taken yet.
     carried: VecDeque<(Timestamp, CanFrame)>,
     /// Frames of a master that the bus still has to carry.
     pending: Vec<CanFrame>,
-    bus_free_us: u64,
+    bus: Bus,
 }
 
 impl Robot {
     /// A robot that has just been switched on, with up to six feet, connected by `line`.
     #[must_use]
     pub fn new(feet: usize, seed: u64, line: DemoLine) -> Self {
-        let positions = match feet {
-            2 => &[Position::Left, Position::Right][..],
-            _ => &Position::ALL[..],
-        };
-        let feet = positions.iter().take(feet.clamp(1, MOST_FEET)).enumerate();
+        let feet = gait::control::feet(feet).iter().enumerate();
         let feet = feet.map(|(index, position)| {
             let seed = seed.wrapping_add(index as u64);
-            SimulatedFoot::new(*position, line, seed, index as f64 * PHASE_S)
+            SimulatedFoot::new(index, *position, line, seed, index as f64 * PHASE_S)
         });
         Self {
             feet: feet.collect(),
             line,
             ticks: 0,
-            sync: 0,
+            control: Control::default(),
             carried: VecDeque::new(),
             pending: Vec::new(),
-            bus_free_us: 0,
+            bus: Bus::default(),
         }
     }
 
@@ -86,7 +72,7 @@ impl Robot {
     /// The time in logs.
     #[must_use]
     pub fn now(&self) -> Timestamp {
-        Timestamp::from_micros(EPOCH.as_micros() + self.elapsed_us())
+        board::in_logs(Timestamp::from_micros(self.elapsed_us()))
     }
 
     /// A master sends a frame: the bus carries it with the next tick.
@@ -114,24 +100,23 @@ impl Robot {
             .unwrap_or_default()
     }
 
+    /// From the next self-test of a foot, counted from 0, these axes of its sensor fail: bit *i* is
+    /// axis *i*.
+    pub fn fail_self_test(&mut self, foot: usize, axes: u32) {
+        if let Some(foot) = self.feet.get_mut(foot) {
+            foot.fail_self_test(axes);
+        }
+    }
+
     /// A millisecond.
     pub fn tick(&mut self) {
         let now_us = self.elapsed_us();
         let walked: Vec<_> = self.feet.iter_mut().map(SimulatedFoot::walk).collect();
-        if self.ticks.is_multiple_of(CONTROL_TICKS) {
-            self.sync = if self.sync == LAST_SYNC {
-                1
-            } else {
-                self.sync + 1
-            };
-            let sync = CanFrame::new(cob_id::SYNC, &[self.sync]);
-            let loads = self.feet.iter().zip(&walked).filter_map(|(foot, walked)| {
-                let load = Load(walked.truth.load as f32).encode();
-                CanFrame::new(foot.node_id()?.cob_id(Load::BASE), &load)
-            });
-            let control: Vec<_> = sync.into_iter().chain(loads).collect();
-            self.pending.extend(control);
-        }
+        let loads = self.feet.iter().zip(&walked);
+        let loads = loads.filter_map(|(foot, walked)| Some((foot.node_id()?, walked.truth.load)));
+        // A tick is a millisecond.
+        let frames = self.control.frames(self.ticks, loads);
+        self.pending.extend(frames);
         for frame in std::mem::take(&mut self.pending) {
             let at = self.carry(now_us, frame);
             for foot in &mut self.feet {
@@ -140,7 +125,7 @@ impl Robot {
         }
         let mut sent = Vec::new();
         for (foot, walked) in self.feet.iter_mut().zip(walked) {
-            foot.tick(now_us, &walked);
+            foot.tick(Timestamp::from_micros(now_us), &walked);
             sent.extend(foot.take_frames());
         }
         // The lowest identifier wins the bus; those of one foot keep their order where they are equal.
@@ -161,10 +146,9 @@ impl Robot {
     /// The bus carries a frame that is ready at `ready_us`: when it is complete, on the clock of the
     /// robot.
     fn carry(&mut self, ready_us: u64, frame: CanFrame) -> Timestamp {
-        self.bus_free_us = self.bus_free_us.max(ready_us) + FRAME_US;
-        let at = Timestamp::from_micros(EPOCH.as_micros() + self.bus_free_us);
-        self.carried.push_back((at, frame));
-        Timestamp::from_micros(self.bus_free_us)
+        let complete = self.bus.carry(Timestamp::from_micros(ready_us));
+        self.carried.push_back((board::in_logs(complete), frame));
+        complete
     }
 }
 
@@ -172,7 +156,7 @@ impl Robot {
 mod tests {
     use super::*;
     use decode::live::{Heard, Listener, Said};
-    use wire::Pdo;
+    use wire::{Foot as Position, Pdo};
 
     fn run(robot: &mut Robot, ticks: u64) -> Vec<(Timestamp, CanFrame)> {
         (0..ticks).for_each(|_| robot.tick());

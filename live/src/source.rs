@@ -9,9 +9,10 @@
 //! | `demo`, `demo:feet=4,speed=10` | simulated feet; keys are [`Demo`]'s |
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use gait::control::MOST_FEET;
 use thiserror::Error;
 
 use crate::link::pace::Speed;
@@ -21,9 +22,6 @@ pub const DEFAULT_BAUD: u32 = 1_000_000;
 
 /// The rate of a CAN bus where none is set, kbit/s.
 pub const DEFAULT_KBIT: u32 = 1000;
-
-/// The most feet that a simulated robot has.
-pub const MOST_FEET: usize = 6;
 
 /// Where feet stream from.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,6 +121,9 @@ pub enum SourceError {
         /// What would be right.
         expected: &'static str,
     },
+    /// A key of a demo is there twice.
+    #[error("{0} is there twice")]
+    Twice(String),
     /// A key that a demo does not have.
     #[error("demo has no key {0:?}; its keys are feet, seed, speed, seconds and line")]
     Key(String),
@@ -147,10 +148,7 @@ impl FromStr for Source {
                 if port.is_empty() {
                     return Err(lacks("a port", "uart:/dev/ttyACM0"));
                 }
-                let baud = match baud {
-                    None => DEFAULT_BAUD,
-                    Some(baud) => number(baud, "the rate of the serial port", "a rate in Bd")?,
-                };
+                let baud = baud.map_or(Ok(DEFAULT_BAUD), baud_rate)?;
                 Ok(Self::Uart {
                     port: port.to_owned(),
                     baud,
@@ -220,6 +218,15 @@ impl fmt::Display for Source {
 }
 
 impl Source {
+    /// The file that is played.
+    #[must_use]
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::File { path, .. } => Some(path),
+            Self::Uart { .. } | Self::Can { .. } | Self::Slcan { .. } | Self::Demo(_) => None,
+        }
+    }
+
     /// This source at `speed`, where it is played and its text names no speed.
     #[must_use]
     pub fn at_speed(mut self, other: Speed) -> Self {
@@ -249,6 +256,15 @@ fn value(key: &'static str, value: &str, expected: &'static str) -> SourceError 
     }
 }
 
+fn baud_rate(text: &str) -> Result<u32, SourceError> {
+    const KEY: &str = "the rate of the serial port";
+    const EXPECTED: &str = "a rate in Bd";
+    match number(text, KEY, EXPECTED)? {
+        0 => Err(value(KEY, text, EXPECTED)),
+        baud => Ok(baud),
+    }
+}
+
 fn number<T: FromStr>(
     text: &str,
     key: &'static str,
@@ -259,8 +275,13 @@ fn number<T: FromStr>(
 
 fn demo(text: &str) -> Result<Demo, SourceError> {
     let mut demo = Demo::default();
+    let mut keys = Vec::new();
     for pair in text.split(',').filter(|pair| !pair.is_empty()) {
         let (key, text) = pair.split_once('=').unwrap_or((pair, ""));
+        if keys.contains(&key) {
+            return Err(SourceError::Twice(key.to_owned()));
+        }
+        keys.push(key);
         match key {
             "feet" => {
                 const EXPECTED: &str = "a number from 1 to 6";
@@ -382,7 +403,12 @@ mod tests {
             "demo has no key \"legs\"; its keys are feet, seed, speed, seconds and line"
         );
         assert!(error("slcan:x@33").contains("as slcan knows them"));
-        assert!(error("demo:speed=0").contains("above 0"));
+        for speed in ["0", "1e-300", "nan", "inf"] {
+            let said = error(&format!("demo:speed={speed}"));
+            assert!(said.contains("a number from 0.001"), "{said}");
+        }
+        assert_eq!(error("demo:feet=2,feet=3"), "feet is there twice");
+        assert!(error("uart:/dev/ttyACM0@0").contains("a rate in Bd"));
     }
 
     #[test]

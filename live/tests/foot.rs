@@ -2,19 +2,33 @@
 
 use std::time::Duration;
 
+use decode::live::Listener;
+use estimator_core::Axis;
 use live::foot::Named;
+use live::foot::calibration;
 use live::foot::client::{Client, RequestError};
-use live::foot::settings::{self, SettingsError, Values};
+use live::foot::position::{self, PositionError};
+use live::foot::self_test::{self, Verdict};
+use live::foot::settings::{self, Lasting, SettingsError, Undone, Values};
+use live::foot::sync::Clocks;
 use live::link::{self, Arrived};
-use live::{Link, LinkError, Sending};
+use live::robot::Robot;
+use live::source::DemoLine;
+use live::{Arrival, Link, LinkError, Sending};
 use wire::dictionary::index;
-use wire::node::{Command, State};
-use wire::{AbortCode, Address, DataType, NodeId, Value};
+use wire::foot::cob_id;
+use wire::node::{Calibration, CalibrationState, Command, State};
+use wire::uart::{Decoder, Message, NmtRequest, encode};
+use wire::{AbortCode, Address, CanFrame, DataType, Foot, NodeId, Value};
 
 const LINES: [&str; 2] = ["can", "uart"];
 
 fn client(line: &str) -> Client {
-    let source = format!("demo:feet=1,line={line},speed=20");
+    client_at(line, 20)
+}
+
+fn client_at(line: &str, speed: u32) -> Client {
+    let source = format!("demo:feet=1,line={line},speed={speed}");
     let link = link::open(&source.parse().expect("a source")).expect("a demo");
     Client::new(link, None).expect("one foot")
 }
@@ -71,7 +85,7 @@ fn settings_are_written_read_back_stored_and_there_after_a_reset() {
             &client,
             &[("decision.threshold", "0.625"), ("half_width.ax", "0.5")],
         );
-        let changes = settings::write(&mut client, &wanted).expect("taken");
+        let changes = settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
         assert_eq!(changes.len(), 2, "{line}");
         assert_eq!(
             client.state().expect("a state"),
@@ -79,27 +93,25 @@ fn settings_are_written_read_back_stored_and_there_after_a_reset() {
             "{line}"
         );
         assert!(
-            settings::write(&mut client, &wanted)
+            settings::write(&mut client, &wanted, Lasting::UntilReset)
                 .expect("taken")
                 .is_empty()
         );
         // Without a store a reset forgets them; with one it does not.
         for (stored, threshold) in [(false, "0.5"), (true, "0.625")] {
             if stored {
-                settings::write(&mut client, &wanted).expect("taken");
-                let after = settings::paused(&mut client).expect("a state");
-                client.store().expect("stored");
-                client.command(after).expect("sent");
+                settings::write(&mut client, &wanted, Lasting::Stored).expect("stored");
             }
-            client.command(Command::ResetNode).expect("sent");
-            client.state().expect("it is back");
+            client.restart(None).expect("it is back");
+            assert_eq!(
+                client.state().expect("a state"),
+                State::Operational,
+                "{line}"
+            );
             assert_eq!(get(&mut client, "decision.threshold"), threshold, "{line}");
         }
-        let after = settings::paused(&mut client).expect("a state");
-        client.restore().expect("forgotten");
-        client.command(after).expect("sent");
-        client.command(Command::ResetNode).expect("sent");
-        client.state().expect("it is back");
+        settings::while_paused(&mut client, Client::restore).expect("forgotten");
+        client.restart(None).expect("it is back");
         assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
     }
 }
@@ -116,7 +128,7 @@ fn settings_that_fit_only_in_some_order_are_taken_in_any() {
             ("load_input.off_threshold", "80"),
         ],
     );
-    settings::write(&mut client, &wanted).expect("taken");
+    settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
     assert_eq!(get(&mut client, &upper.name()), "90");
     let wanted = values(
         &client,
@@ -125,7 +137,7 @@ fn settings_that_fit_only_in_some_order_are_taken_in_any() {
             ("load_input.off_threshold", "6"),
         ],
     );
-    settings::write(&mut client, &wanted).expect("taken");
+    settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
     assert_eq!(get(&mut client, "load_input.off_threshold"), "6");
 }
 
@@ -142,7 +154,7 @@ fn settings_that_do_not_go_together_change_nothing() {
                 ("load_input.off_threshold", "50"),
             ],
         );
-        match settings::write(&mut client, &wanted) {
+        match settings::write(&mut client, &wanted, Lasting::UntilReset) {
             Err(SettingsError::Incompatible(_)) => {}
             other => panic!("{line}: {other:?}"),
         }
@@ -232,11 +244,11 @@ impl Link for Breaking {
 #[test]
 fn a_foot_that_vanishes_in_between_is_said_to_have_some_of_both() {
     let settings_read = Named::settings().count() as u32;
-    for more in [2, 3] {
+    for more in [3, 4] {
         let source = "demo:feet=1,speed=20".parse().expect("a source");
         let link = Breaking {
             link: link::open(&source).expect("a demo"),
-            // All settings are read, the foot is paused, and some are written.
+            // All settings are read, the foot is asked whether it is alone, paused, and some are written.
             left: settings_read + more,
         };
         let mut client = Client::new(Box::new(link), NodeId::new(17)).expect("a foot");
@@ -248,11 +260,388 @@ fn a_foot_that_vanishes_in_between_is_said_to_have_some_of_both() {
                 ("half_width.az", "0.5"),
             ],
         );
-        let error = settings::write(&mut client, &wanted)
+        let error = settings::write(&mut client, &wanted, Lasting::UntilReset)
             .expect_err("it vanished")
             .to_string();
         assert!(error.contains("node 17 does not answer"), "{error}");
         assert!(error.contains("none of the new are stored"), "{error}");
+    }
+}
+
+#[test]
+fn a_store_that_is_not_answered_leaves_open_whether_it_was_done() {
+    let source = "demo:feet=1,speed=20".parse().expect("a source");
+    let link = Breaking {
+        link: link::open(&source).expect("a demo"),
+        // All settings are read, the foot is asked whether it is alone, paused, one is written, read back, and
+        // the store sent.
+        left: Named::settings().count() as u32 + 5,
+    };
+    let mut client = Client::new(Box::new(link), NodeId::new(17)).expect("a foot");
+    let wanted = values(&client, &[("half_width.ax", "0.5")]);
+    let error = settings::write(&mut client, &wanted, Lasting::Stored).expect_err("it vanished");
+    let SettingsError::NotTaken { undone, .. } = &error else {
+        panic!("{error}");
+    };
+    assert_eq!(*undone, Undone::Unknown, "{error}");
+}
+
+#[test]
+fn a_board_becomes_another_foot_and_is_found_as_that_one() {
+    for line in LINES {
+        let mut client = client(line);
+        position::set(&mut client, Foot::RearLeft).expect("nobody else is there");
+        assert_eq!(get(&mut client, "foot"), "3", "{line}");
+        assert_eq!(client.state().expect("a state"), State::Operational);
+        if line == "can" {
+            assert_eq!(client.node(), NodeId::new(0x13));
+        }
+        // It is stored.
+        client.restart(None).expect("it is back");
+        assert_eq!(get(&mut client, "foot"), "3", "{line}");
+    }
+}
+
+#[test]
+fn a_board_does_not_become_a_foot_that_another_one_is() {
+    let source = "demo:feet=4,speed=20".parse().expect("a source");
+    let link = link::open(&source).expect("a demo");
+    let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
+    let error = position::set(&mut client, Foot::RearRight).expect_err("there is one");
+    assert_eq!(
+        error.to_string(),
+        "node 18 would become node 20, which is on the bus already"
+    );
+    assert_eq!(get(&mut client, "foot"), "2");
+}
+
+#[test]
+fn no_way_of_setting_a_foot_gives_it_the_id_of_another() {
+    let source = "demo:feet=4,speed=20".parse().expect("a source");
+    let link = link::open(&source).expect("a demo");
+    let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
+    let error = settings::restore(&mut client).expect_err("the front left one is there");
+    assert_eq!(
+        error.to_string(),
+        "node 18 would become node 17, which is on the bus already"
+    );
+    for setting in [("node_id", "19"), ("foot", "3")] {
+        let wanted = values(&client, &[setting]);
+        let before = get(&mut client, setting.0);
+        let error = settings::write(&mut client, &wanted, Lasting::Stored).expect_err("taken");
+        assert_eq!(
+            error.to_string(),
+            "node 18 would become node 19, which is on the bus already; all settings are as they were"
+        );
+        assert_eq!(get(&mut client, setting.0), before);
+    }
+    assert_eq!(client.state().expect("a state"), State::Operational);
+}
+
+/// What becomes of something that is sent.
+enum Meddling {
+    Passed,
+    Lost,
+    /// The foot is reset before it could arrive.
+    LostInAReset,
+}
+
+/// A line to the foot with id 17 on which not everything arrives.
+struct Meddled<F> {
+    link: Box<dyn Link>,
+    meddle: F,
+}
+
+impl<F: FnMut(&Sending) -> Meddling + Send> Link for Meddled<F> {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        self.link.receive(longest)
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        match (self.meddle)(sending) {
+            Meddling::Passed => self.link.send(sending),
+            Meddling::Lost => Ok(()),
+            Meddling::LostInAReset => self.link.send(&reset_like(sending)),
+        }
+    }
+}
+
+/// A command to reset, on the line that something else was sent on.
+fn reset_like(sending: &Sending) -> Sending {
+    match sending {
+        Sending::Frame(_) => {
+            let frame = CanFrame::new(0, &[Command::ResetNode as u8, 17]);
+            Sending::Frame(frame.expect("a frame"))
+        }
+        Sending::Bytes { port, .. } => Sending::Bytes {
+            port: port.clone(),
+            bytes: encode(0, &Message::Nmt(NmtRequest(Command::ResetNode)))
+                .as_bytes()
+                .to_vec(),
+        },
+    }
+}
+
+/// Whether it is a command to reset.
+fn is_reset(sending: &Sending) -> bool {
+    match sending {
+        Sending::Frame(frame) => frame.id() == 0 && frame.data() == [Command::ResetNode as u8, 17],
+        Sending::Bytes { bytes, .. } => decoded(bytes)
+            .is_some_and(|message| message == Message::Nmt(NmtRequest(Command::ResetNode))),
+    }
+}
+
+/// Whether it asks the foot to store all settings.
+fn is_store(sending: &Sending) -> bool {
+    let [low, high] = index::STORE.to_le_bytes();
+    match sending {
+        Sending::Frame(frame) => {
+            frame.id() == 0x611 && frame.data().get(1..4) == Some(&[low, high, 1])
+        }
+        Sending::Bytes { bytes, .. } => match decoded(bytes) {
+            Some(Message::ConfigSet(set)) => set.address == Address::new(index::STORE, 1),
+            _ => false,
+        },
+    }
+}
+
+fn decoded(bytes: &[u8]) -> Option<Message> {
+    let mut decoder = Decoder::new();
+    let frame = bytes.iter().find_map(|byte| decoder.push(*byte))?;
+    Some(frame.ok()?.message)
+}
+
+fn meddled(line: &str, meddle: impl FnMut(&Sending) -> Meddling + Send + 'static) -> Client {
+    let source = format!("demo:feet=1,line={line},speed=20");
+    let link = link::open(&source.parse().expect("a source")).expect("a demo");
+    Client::new(Box::new(Meddled { link, meddle }), None).expect("one foot")
+}
+
+#[test]
+fn a_reset_that_is_lost_is_commanded_again() {
+    for line in LINES {
+        let mut resets = 0;
+        let mut client = meddled(line, move |sending| {
+            resets += u32::from(is_reset(sending));
+            if is_reset(sending) && resets == 1 {
+                Meddling::Lost
+            } else {
+                Meddling::Passed
+            }
+        });
+        let wanted = values(&client, &[("decision.threshold", "0.625")]);
+        settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
+        client.restart(None).expect("it is back");
+        assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
+    }
+}
+
+#[test]
+fn a_foot_that_never_resets_is_not_said_to_have_started_again() {
+    for line in LINES {
+        let mut client = meddled(line, |sending| match is_reset(sending) {
+            true => Meddling::Lost,
+            false => Meddling::Passed,
+        });
+        let error = client.restart(None).expect_err("it goes on as it was");
+        let said = error.to_string();
+        assert!(
+            said.ends_with("it was commanded to reset 3 times, and has not"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn a_foot_that_starts_again_before_it_stores_is_not_said_to_have_stored() {
+    for line in LINES {
+        let mut stores = 0;
+        let mut client = meddled(line, move |sending| {
+            stores += u32::from(is_store(sending));
+            if is_store(sending) && stores == 1 {
+                Meddling::LostInAReset
+            } else {
+                Meddling::Passed
+            }
+        });
+        let wanted = values(&client, &[("decision.threshold", "0.625")]);
+        let error =
+            settings::write(&mut client, &wanted, Lasting::Stored).expect_err("it has started");
+        let SettingsError::NotTaken { cause, undone } = &error else {
+            panic!("{line}: {error}");
+        };
+        assert!(
+            matches!(cause, RequestError::StartedAgain { .. }),
+            "{line}: {error}"
+        );
+        assert_eq!(*undone, Undone::NoneStored, "{line}: {error}");
+        assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
+        assert_eq!(client.state().expect("a state"), State::Operational);
+    }
+}
+
+/// Two boards that are both new, and so have the same id: each frame of theirs comes twice.
+struct Twice {
+    link: Box<dyn Link>,
+    again: Option<Arrived>,
+}
+
+impl Link for Twice {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        if let Some(again) = self.again.take() {
+            return Ok(Some(again));
+        }
+        let arrived = self.link.receive(longest)?;
+        self.again.clone_from(&arrived);
+        Ok(arrived)
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        self.link.send(sending)
+    }
+}
+
+#[test]
+fn two_new_boards_at_once_are_not_set() {
+    let source = "demo:feet=1,speed=20".parse().expect("a source");
+    let link = link::open(&source).expect("a demo");
+    let mut client = Client::new(Box::new(Twice { link, again: None }), None).expect("one id");
+    let error = position::set(&mut client, Foot::RearRight).expect_err("which one?");
+    assert!(
+        matches!(
+            error,
+            PositionError::Request(RequestError::SameId { count: 2, .. })
+        ),
+        "{error}"
+    );
+    assert_eq!(get(&mut client, "foot"), "1");
+}
+
+#[test]
+fn what_a_foot_has_learnt_is_kept_over_a_reset_and_forgotten_on_command() {
+    for line in LINES {
+        let mut client = client(line);
+        let still = |client: &mut Client, index| {
+            let address = Address::new(index, 1 + 2 * u8::from(index == index::CALIBRATION));
+            client
+                .read(address, DataType::Real32)
+                .expect("a number")
+                .to_raw()
+        };
+        let mut tries = 0;
+        while calibration::state(&mut client).expect("a state") != CalibrationState::Settled {
+            tries += 1;
+            assert!(tries < 1000, "{line}");
+            client.wait(Duration::from_millis(10)).expect("a line");
+        }
+        calibration::store(&mut client, Calibration::Keep).expect("settled");
+        let kept = still(&mut client, index::LEARNT);
+        assert_ne!(kept, 0, "{line}");
+        client.restart(None).expect("it is back");
+        assert_eq!(still(&mut client, index::LEARNT), kept, "{line}");
+        calibration::store(&mut client, Calibration::Forget).expect("always");
+        client.restart(None).expect("it is back");
+        assert_eq!(still(&mut client, index::LEARNT), 0, "{line}");
+        assert_eq!(client.state().expect("a state"), State::Operational);
+    }
+}
+
+/// A robot as fast as it is asked for, whose sensor fails its self-test.
+struct Failing {
+    robot: Robot,
+    line: DemoLine,
+}
+
+impl Link for Failing {
+    fn receive(&mut self, _: Duration) -> Result<Option<Arrived>, LinkError> {
+        let arrival = match self.line {
+            DemoLine::Can => self.robot.next_frame().map(|(at, frame)| {
+                let interface = "can0".into();
+                (at, Arrival::Frame { interface, frame })
+            }),
+            DemoLine::Uart => {
+                let bytes = self.robot.take_serial(0);
+                let port = "FL".into();
+                let arrived = (self.robot.now(), Arrival::Bytes { port, bytes });
+                Some(arrived).filter(|(_, arrival)| !matches!(arrival, Arrival::Bytes { bytes, .. } if bytes.is_empty()))
+            }
+        };
+        if arrival.is_none() {
+            self.robot.tick();
+            std::thread::sleep(Duration::from_micros(50));
+        }
+        Ok(arrival)
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        match sending {
+            Sending::Frame(frame) => self.robot.send(*frame),
+            Sending::Bytes { bytes, .. } => self.robot.send_serial(0, bytes),
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_self_test_passes_or_names_the_axes_and_leaves_the_settings_as_they_were() {
+    for (name, line) in LINES.into_iter().zip([DemoLine::Can, DemoLine::Uart]) {
+        // Slow enough for the stage to be seen.
+        let mut good = client_at(name, 1);
+        assert_eq!(
+            self_test::run(&mut good).expect("a verdict"),
+            Verdict::Passed,
+            "{name}"
+        );
+        let mut robot = Robot::new(1, 1, line);
+        robot.fail_self_test(0, 0b01_0010);
+        let mut bad = Client::new(Box::new(Failing { robot, line }), None).expect("a foot");
+        let verdict = self_test::run(&mut bad).expect("a verdict");
+        let axes = (name == "can").then(|| vec![Axis::Ay, Axis::Wy]);
+        assert_eq!(verdict, Verdict::Failed(axes), "{name}");
+        for client in [&mut good, &mut bad] {
+            assert_eq!(get(client, "self_test_at_start"), "0");
+            assert_eq!(client.state().expect("a state"), State::Operational);
+            client.restart(None).expect("it is back");
+            assert_eq!(get(client, "self_test_at_start"), "0");
+        }
+    }
+}
+
+#[test]
+fn the_clocks_of_simulated_feet_are_what_they_are_made_to_be() {
+    let mut robot = Robot::new(4, 1, DemoLine::Can);
+    let mut listener = Listener::default();
+    let mut clocks = Clocks::default();
+    for _ in 0..20_000 {
+        robot.tick();
+        while let Some((at, frame)) = robot.next_frame() {
+            if frame.id() == cob_id::SYNC {
+                clocks.take_sync(frame.data().first().copied());
+            }
+            listener.frame("can0", &frame, at);
+        }
+        while let Some(heard) = listener.next_heard() {
+            clocks.take(&heard);
+        }
+    }
+    let (first, compared) = clocks.compare().expect("four feet");
+    assert_eq!(first.node, Some(0x11));
+    // Each foot was on for 137 ms more than the one before; the drift counts up to the middle.
+    for (compared, (before_us, ppm)) in
+        compared
+            .iter()
+            .zip([(137_000.0, 18.0), (274_000.0, -11.0), (411_000.0, 25.0)])
+    {
+        let offset_us = before_us + ppm * (10.0 + before_us * 1.0e-6);
+        assert!(
+            (compared.offset_us - offset_us).abs() <= compared.offset_error_us,
+            "{compared:?}"
+        );
+        assert!(
+            (compared.drift_ppm - ppm).abs() <= compared.drift_error_ppm,
+            "{compared:?}"
+        );
+        assert!(compared.drift_error_ppm < 1.0, "{compared:?}");
     }
 }
 
@@ -267,7 +656,10 @@ fn a_text_reads_back_as_the_settings_it_was_made_of() {
     let other = settings::from_text(&text, NodeId::new(0x14)).expect("settings");
     assert!(settings::differences(&own, &other).is_empty());
     for (wrong, message) in [
-        ("windw = 5", "line 1: no object is called \"windw\""),
+        (
+            "windw = 5",
+            "line 1: no object is called \"windw\"; did you mean window?",
+        ),
         ("\nwindow = 0", "line 2: window is \"0\", but "),
         (
             "window",
@@ -291,4 +683,15 @@ fn a_text_reads_back_as_the_settings_it_was_made_of() {
         own.get(&Address::new(index::FOOT, 0)),
         Some(Value::U8(1))
     ));
+}
+
+#[test]
+fn a_foot_without_heartbeats_is_still_set() {
+    let mut client = client("can");
+    for time in ["0", "200"] {
+        let values = values(&client, &[("producer_heartbeat_time", time)]);
+        let written = settings::write(&mut client, &values, Lasting::Stored);
+        written.unwrap_or_else(|error| panic!("{time}: {error}"));
+        assert_eq!(get(&mut client, "producer_heartbeat_time"), time);
+    }
 }

@@ -12,10 +12,11 @@ use std::time::{Duration, Instant};
 
 use decode::live::{Heard, Listener, Said};
 use live::feed::Fed;
+use live::link;
 use live::link::slcan::{Word, Words, line};
 use live::robot::Robot;
 use live::source::DemoLine;
-use live::{Arrival, Feed, Sending, Source};
+use live::{Feed, Sending, Source};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use wire::CanFrame;
@@ -62,11 +63,8 @@ fn listen(feed: &Feed, mut is_enough: impl FnMut(&[Heard]) -> bool) -> Vec<Heard
     while !is_enough(&heard) {
         assert!(Instant::now() < end, "{} things heard", heard.len());
         match feed.next(Duration::from_millis(100)) {
-            Some(Fed::Arrived((at, Arrival::Bytes { port, bytes }))) => {
-                listener.bytes(&port, &bytes, at);
-            }
-            Some(Fed::Arrived((at, Arrival::Frame { interface, frame }))) => {
-                listener.frame(&interface, &frame, at);
+            Some(Fed::Arrived((at, arrival))) => {
+                arrival.hand_to(&mut listener, at);
             }
             Some(Fed::Ended(error) | Fed::NotSent(error)) => panic!("{error}"),
             _ => {}
@@ -232,4 +230,18 @@ fn a_port_that_is_plugged_out_is_waited_for() {
         Some(Fed::WaitsFor(error)) => assert!(error.to_string().starts_with(&name), "{error}"),
         other => panic!("{other:?}"),
     }
+}
+
+#[test]
+fn a_port_is_for_one_program_at_a_time() {
+    let (_ours, name) = terminal();
+    let source = format!("uart:{name}").parse().expect("a source");
+    let first = link::open(&source).expect("a port");
+    let error = link::open(&source).err().expect("the first has it");
+    assert_eq!(
+        error.to_string(),
+        format!("{name}: another program has it open")
+    );
+    drop(first);
+    link::open(&source).expect("it is free again");
 }

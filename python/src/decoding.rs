@@ -13,10 +13,10 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use recordings::output::seconds;
 use wire::NodeId;
 
 use crate::outputs::{state, table};
-use crate::run::seconds;
 
 /// Flags that only what was sent has, after those of the estimator.
 const OF_FRAMES: [&str; 3] = ["starting", "fault", "doubtful"];

@@ -5,8 +5,7 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-
-use crate::run::seconds;
+use recordings::output::seconds;
 
 /// Columns of estimates while no Python code runs.
 #[derive(Default)]

@@ -13,11 +13,12 @@ use pyo3::types::PyDict;
 use recordings::input::{
     About, BagOptions, Format, Hints, InputError, LoadTopic, Opened, Stored, TableOptions, Topics,
 };
+use recordings::output::seconds;
 use recordings::recording::Label;
 use recordings::validity::VALIDITIES;
 
 use crate::parameters::{Settings, SettingsArguments, gravity};
-use crate::run::{Estimated, Failure, Recorded, run, seconds};
+use crate::run::{Estimated, Failure, Recorded, run};
 
 /// Columns of a recording while no Python code runs.
 struct Read {

@@ -2,12 +2,13 @@
 
 use std::io;
 
-use estimator_core::{Gravity, ParamsError, Timestamp};
+use estimator_core::{Gravity, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::events::{Event, Events};
 use recordings::input::Format;
+use recordings::output::seconds;
 use recordings::plausible::Check;
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
@@ -110,10 +111,4 @@ impl Estimated {
         dict.set_item("learnt", self.learnt)?;
         Ok(dict)
     }
-}
-
-/// A time on the caller's clock, s.
-pub(crate) fn seconds(time: Timestamp, start_us: i64) -> f64 {
-    let micros = i128::from(time.as_micros()) + i128::from(start_us);
-    micros as f64 / 1.0e6
 }

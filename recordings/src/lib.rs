@@ -10,6 +10,7 @@
 //! | the sensor's mounting, from gravity at rest | [`mounting`] |
 //! | the estimator runs over it | [`replay`] |
 //! | samples and estimates become a table | [`output`], `parquet_output` |
+//! | samples become a table in Parquet | `parquet_samples` |
 //! | rows of any kind in Parquet, there and back | `parquet_rows` |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
 //! | the names of validities in both kinds of files | [`validity`] |
@@ -21,9 +22,13 @@ pub mod mounting;
 pub mod number;
 pub mod output;
 #[cfg(feature = "containers")]
+mod parquet_encoder;
+#[cfg(feature = "containers")]
 pub mod parquet_output;
 #[cfg(feature = "containers")]
 pub mod parquet_rows;
+#[cfg(feature = "containers")]
+pub mod parquet_samples;
 pub mod plausible;
 pub mod recording;
 pub mod replay;

@@ -8,7 +8,7 @@ use estimator_core::{
 };
 
 use crate::recording::{Label, RecordedSample};
-use crate::validity::VALIDITIES;
+use crate::validity::name_of;
 
 /// The header of the table of estimates.
 ///
@@ -106,12 +106,33 @@ pub fn write_estimates(
 /// # Errors
 /// What the writer reports.
 pub fn write_recording(samples: &[RecordedSample], to: &mut dyn Write) -> io::Result<()> {
-    writeln!(to, "{RECORDING_HEADER}")?;
+    write_recording_header(to)?;
     for sample in samples {
-        write_sample(sample, to)?;
-        writeln!(to)?;
+        write_recording_row(sample, 0, to)?;
     }
     Ok(())
+}
+
+/// Writes the header of a recording.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_recording_header(to: &mut dyn Write) -> io::Result<()> {
+    writeln!(to, "{RECORDING_HEADER}")
+}
+
+/// Writes a row of a recording; `start_us` is what its clock says at timestamp 0, µs. Numbers read back as
+/// the same f32, times as the same microsecond.
+///
+/// # Errors
+/// What the writer reports.
+pub fn write_recording_row(
+    sample: &RecordedSample,
+    start_us: i64,
+    to: &mut dyn Write,
+) -> io::Result<()> {
+    write_sample(sample, start_us, to)?;
+    writeln!(to)
 }
 
 /// Writes a recording with its estimates, one per sample: the columns of [`write_recording`],
@@ -127,7 +148,7 @@ pub fn write_samples(
     let estimates_header = HEADER.trim_start_matches("t,");
     writeln!(to, "{RECORDING_HEADER},{estimates_header}")?;
     for (sample, estimate) in samples.iter().zip(estimates) {
-        write_sample(sample, to)?;
+        write_sample(sample, 0, to)?;
         write_estimate(estimate, to)?;
         writeln!(to)?;
     }
@@ -135,8 +156,8 @@ pub fn write_samples(
 }
 
 /// The columns of a recording.
-fn write_sample(sample: &RecordedSample, to: &mut dyn Write) -> io::Result<()> {
-    write_time(sample.imu.timestamp, 0, to)?;
+fn write_sample(sample: &RecordedSample, start_us: i64, to: &mut dyn Write) -> io::Result<()> {
+    write_time(sample.imu.timestamp, start_us, to)?;
     for Vec3 { x, y, z } in [sample.imu.specific_force.0, sample.imu.angular_rate.0] {
         write!(to, ",{x},{y},{z}")?;
     }
@@ -149,13 +170,22 @@ fn write_sample(sample: &RecordedSample, to: &mut dyn Write) -> io::Result<()> {
         Some(Label::NotStable) => b",0,",
         None => b",,",
     })?;
-    let validity = sample.imu.validity;
-    let name = VALIDITIES.into_iter().find(|(_, known)| *known == validity);
-    match name {
+    match sample.imu.validity {
         // Blank means valid.
-        Some((name, known)) if known != Validity::Valid => write!(to, "{name}"),
-        _ => Ok(()),
+        Validity::Valid => Ok(()),
+        validity => to.write_all(name_of(validity).as_bytes()),
     }
+}
+
+/// A time on the recording's clock, s; `start_us` is what that clock says at timestamp 0, µs.
+#[must_use]
+pub fn seconds(timestamp: Timestamp, start_us: i64) -> f64 {
+    on_clock(timestamp, start_us) as f64 / 1.0e6
+}
+
+/// The same in µs. The sum of both has no room in 64 bits.
+fn on_clock(timestamp: Timestamp, start_us: i64) -> i128 {
+    i128::from(timestamp.as_micros()) + i128::from(start_us)
 }
 
 pub(crate) fn write_time(
@@ -163,7 +193,7 @@ pub(crate) fn write_time(
     start_us: i64,
     to: &mut dyn Write,
 ) -> io::Result<()> {
-    let micros = i128::from(timestamp.as_micros()) + i128::from(start_us);
+    let micros = on_clock(timestamp, start_us);
     let sign = if micros < 0 { "-" } else { "" };
     let size = micros.unsigned_abs();
     write!(to, "{sign}{}.{:06}", size / 1_000_000, size % 1_000_000)

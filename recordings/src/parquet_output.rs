@@ -10,29 +10,20 @@
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::mem;
 use std::sync::Arc;
 
+use arrow_array::ArrayRef;
 use arrow_array::builder::{
     ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
 };
 use arrow_array::types::Int32Type;
-use arrow_array::{ArrayRef, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use estimator_core::{ContactEstimate, Decision, Flag, Quaternion, Vec3};
-use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
-use parquet::file::properties::WriterProperties;
 
-use crate::output::{FOOT, Feet, HEADER};
-
-/// As many rows are encoded at once.
-const BATCH: usize = 8192;
-
-/// As many are a row group, which stays in memory until it is complete: about ten megabytes.
-const ROW_GROUP: usize = 16 * BATCH;
+use crate::output::{FOOT, Feet, HEADER, seconds};
+use crate::parquet_encoder::{BATCH, Encoder};
 
 /// How many numbers a row has between `t` and `state`.
 const NUMBERS: usize = 19;
@@ -41,10 +32,7 @@ type Texts = StringDictionaryBuilder<Int32Type>;
 
 /// A table of estimates that is being written. Its memory is that of a row group.
 pub struct ParquetEstimates<W: Write> {
-    to: W,
-    /// Writes into memory, from which the bytes are taken: a writer need not be `Send`.
-    encoder: ArrowWriter<Vec<u8>>,
-    schema: Arc<Schema>,
+    encoder: Encoder<W>,
     names: Option<Texts>,
     t: Float64Builder,
     numbers: Vec<Float32Builder>,
@@ -73,12 +61,8 @@ impl<W: Write> ParquetEstimates<W> {
     /// # Errors
     /// What the writer reports.
     pub fn with_name(to: W, column: Option<&'static str>) -> io::Result<Self> {
-        let schema = Arc::new(schema(column));
-        let encoder = encoder_of(schema.clone())?;
         Ok(Self {
-            to,
-            encoder,
-            schema,
+            encoder: Encoder::new(to, Arc::new(schema(column)))?,
             names: column.map(|_| Texts::new()),
             t: Float64Builder::new(),
             numbers: (0..NUMBERS).map(|_| Float32Builder::new()).collect(),
@@ -102,8 +86,7 @@ impl<W: Write> ParquetEstimates<W> {
         if let Some(names) = &mut self.names {
             names.append_value(name.unwrap_or_default());
         }
-        let micros = i128::from(estimate.timestamp.as_micros()) + i128::from(start_us);
-        self.t.append_value(micros as f64 / 1.0e6);
+        self.t.append_value(seconds(estimate.timestamp, start_us));
         for (builder, number) in self.numbers.iter_mut().zip(numbers(estimate)) {
             builder.append_value(number);
         }
@@ -124,13 +107,10 @@ impl<W: Write> ParquetEstimates<W> {
     /// What the writer reports.
     pub fn finish(mut self) -> io::Result<W> {
         self.encode()?;
-        let rest = self.encoder.into_inner().map_err(io::Error::from)?;
-        self.to.write_all(&rest)?;
-        self.to.flush()?;
-        Ok(self.to)
+        self.encoder.finish()
     }
 
-    /// Encodes the rows that wait, and writes what is complete.
+    /// Encodes the rows that wait.
     fn encode(&mut self) -> io::Result<()> {
         let mut columns: Vec<ArrayRef> = Vec::new();
         if let Some(names) = &mut self.names {
@@ -143,11 +123,7 @@ impl<W: Write> ParquetEstimates<W> {
         columns.push(Arc::new(self.state.finish()));
         columns.push(Arc::new(self.decision.finish()));
         columns.push(Arc::new(self.flags.finish()));
-        let encoded = RecordBatch::try_new(self.schema.clone(), columns)
-            .map_err(ParquetError::from)
-            .and_then(|batch| self.encoder.write(&batch));
-        encoded.map_err(io::Error::from)?;
-        self.to.write_all(&mem::take(self.encoder.inner_mut()))
+        self.encoder.write_columns(columns)
     }
 }
 
@@ -155,42 +131,23 @@ impl<W: Write> ParquetEstimates<W> {
 ///
 /// # Errors
 /// What the writer and the files report.
-pub fn join(tables: Vec<File>, mut to: impl Write) -> io::Result<()> {
-    let mut encoder: Option<ArrowWriter<Vec<u8>>> = None;
+pub fn join(tables: Vec<File>, to: impl Write) -> io::Result<()> {
+    let mut to = Some(to);
+    let mut encoder = None;
     for table in tables {
         let rows = ParquetRecordBatchReaderBuilder::try_new(table).map_err(io::Error::from)?;
-        let schema = rows.schema().clone();
-        let rows = rows
-            .with_batch_size(BATCH)
-            .build()
-            .map_err(io::Error::from)?;
-        let encoder = match &mut encoder {
-            Some(encoder) => encoder,
-            none => none.insert(encoder_of(schema)?),
-        };
-        for batch in rows {
+        if let Some(to) = to.take() {
+            encoder = Some(Encoder::new(to, rows.schema().clone())?);
+        }
+        let rows = rows.with_batch_size(BATCH).build();
+        for batch in rows.map_err(io::Error::from)? {
             let batch = batch.map_err(ParquetError::from).map_err(io::Error::from)?;
-            encoder.write(&batch).map_err(io::Error::from)?;
-            to.write_all(&mem::take(encoder.inner_mut()))?;
+            encoder
+                .iter_mut()
+                .try_for_each(|encoder| encoder.write(&batch))?;
         }
     }
-    if let Some(encoder) = encoder {
-        to.write_all(&encoder.into_inner().map_err(io::Error::from)?)?;
-    }
-    to.flush()
-}
-
-/// What files say they were written by: the same wherever and whenever that was.
-const WRITTEN_BY: &str = concat!("footfall version ", env!("CARGO_PKG_VERSION"));
-
-/// Encodes rows into memory, from which the bytes are taken.
-pub(crate) fn encoder_of(schema: Arc<Schema>) -> io::Result<ArrowWriter<Vec<u8>>> {
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::ZSTD(ZstdLevel::default()))
-        .set_created_by(WRITTEN_BY.to_owned())
-        .set_max_row_group_row_count(Some(ROW_GROUP))
-        .build();
-    ArrowWriter::try_new(Vec::new(), schema, Some(properties)).map_err(io::Error::from)
+    encoder.map_or(Ok(()), |encoder| encoder.finish().map(|_| ()))
 }
 
 /// The numbers of a row, in the order of [`HEADER`].
@@ -250,7 +207,9 @@ fn schema(name: Option<&'static str>) -> Schema {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parquet_encoder::ROW_GROUP;
     use arrow_array::Array;
+    use arrow_array::RecordBatch;
     use arrow_array::cast::AsArray;
     use arrow_array::types::{Float32Type, Float64Type, UInt8Type};
     use estimator_core::{

@@ -5,31 +5,24 @@
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::mem;
 use std::sync::Arc;
 
 use arrow_json::ArrayWriter;
 use arrow_json::reader::{Decoder, ReaderBuilder};
 use arrow_schema::{ArrowError, Schema};
-use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::errors::ParquetError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::input::parquet::guarded::guarded;
-use crate::parquet_output::encoder_of;
+use crate::parquet_encoder::{BATCH, Encoder};
 
 pub use arrow_schema::{DataType, Field};
 
-/// As many rows are encoded at once.
-const BATCH: usize = 8192;
-
 /// A table of rows that is being written.
 pub struct ParquetRows<W: Write> {
-    to: W,
-    /// Writes into memory, from which the bytes are taken: a writer need not be `Send`.
-    encoder: ArrowWriter<Vec<u8>>,
+    encoder: Encoder<W>,
     decoder: Decoder,
     waiting: usize,
 }
@@ -42,8 +35,7 @@ impl<W: Write> ParquetRows<W> {
     pub fn new(to: W, columns: Vec<Field>) -> io::Result<Self> {
         let schema = Arc::new(Schema::new(columns));
         Ok(Self {
-            to,
-            encoder: encoder_of(schema.clone())?,
+            encoder: Encoder::new(to, schema.clone())?,
             decoder: ReaderBuilder::new(schema)
                 .with_batch_size(BATCH)
                 .build_decoder()
@@ -71,18 +63,15 @@ impl<W: Write> ParquetRows<W> {
     /// What the writer reports.
     pub fn finish(mut self) -> io::Result<W> {
         self.encode()?;
-        let rest = self.encoder.into_inner().map_err(io::Error::from)?;
-        self.to.write_all(&rest)?;
-        self.to.flush()?;
-        Ok(self.to)
+        self.encoder.finish()
     }
 
     fn encode(&mut self) -> io::Result<()> {
         self.waiting = 0;
-        if let Some(batch) = self.decoder.flush().map_err(io_error)? {
-            self.encoder.write(&batch).map_err(io::Error::from)?;
+        match self.decoder.flush().map_err(io_error)? {
+            Some(batch) => self.encoder.write(&batch),
+            None => Ok(()),
         }
-        self.to.write_all(&mem::take(self.encoder.inner_mut()))
     }
 }
 

@@ -17,3 +17,17 @@ pub const VALIDITIES: [(&str, Validity); 6] = [
     ("stale", Validity::Stale),
     ("invalid", Validity::Invalid),
 ];
+
+/// The name of a validity.
+#[must_use]
+pub fn name_of(validity: Validity) -> &'static str {
+    let known = VALIDITIES.iter().find(|(_, known)| *known == validity);
+    known.map_or(VALIDITIES[0].0, |(name, _)| name)
+}
+
+/// The validity of this name.
+#[must_use]
+pub fn of_name(name: &str) -> Option<Validity> {
+    let known = VALIDITIES.iter().find(|(known, _)| *known == name);
+    known.map(|(_, validity)| *validity)
+}

@@ -28,6 +28,7 @@ use crate::message::{
     Contact, DiagnosticArray, DiagnosticStatus, Float64, Header, Imu, KeyValue, Level, Message,
     Quaternion, Time, Vector3,
 };
+use crate::topics::{DIAGNOSTICS, Topics};
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.806_65;
@@ -40,7 +41,7 @@ const DIAGNOSTIC_US: u64 = 1_000_000;
 const BESIDE_US: u64 = 25_000;
 
 /// What says that a value is not there.
-const ABSENT: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+pub(crate) const ABSENT: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
 /// A message, where it is published and when it was received.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,8 +55,9 @@ pub struct Published {
 }
 
 /// What is known of all feet.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Bridge {
+    frame: String,
     feet: BTreeMap<FootKey, Foot>,
     /// Names of feet on serial lines, by line, from their first health message on.
     lines: BTreeMap<Arc<str>, FootKey>,
@@ -64,11 +66,7 @@ pub struct Bridge {
 /// What is known of a foot.
 #[derive(Debug)]
 struct Foot {
-    frame: String,
-    contact: Arc<str>,
-    probability: Arc<str>,
-    load: Arc<str>,
-    imu: Arc<str>,
+    topics: Topics,
     name: String,
     clock: FootClock,
     flags: u8,
@@ -82,18 +80,9 @@ struct Foot {
 }
 
 impl Foot {
-    fn new(name: &str) -> Self {
-        // What is no letter, digit or underscore is no part of a topic.
-        let part: String = name
-            .chars()
-            .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
-            .collect();
+    fn new(name: &str, frame: &str) -> Self {
         Self {
-            frame: format!("footfall_{part}"),
-            contact: format!("/footfall/{part}/contact").into(),
-            probability: format!("/footfall/{part}/contact/probability").into(),
-            load: format!("/footfall/{part}/load").into(),
-            imu: format!("/footfall/{part}/imu").into(),
+            topics: Topics::with_frame(name, frame),
             name: name.to_owned(),
             clock: FootClock::default(),
             flags: 0,
@@ -108,15 +97,14 @@ impl Foot {
     fn header(&self, stamp: Timestamp) -> Header {
         Header {
             stamp: Time::from(stamp),
-            frame_id: self.frame.clone(),
+            frame_id: self.topics.frame.as_ref().to_owned(),
         }
     }
 
     fn contact(&mut self, row: &Row, at: Timestamp) -> (Contact, Option<Imu>) {
-        let by_delay = self.clock.time(row.timestamp, at);
         let stamp = match row.common {
-            Some((time, Clock::Sync)) => time,
-            _ => by_delay,
+            Some((time, Clock::Sync)) => self.clock.synchronised(row.timestamp, at, time),
+            _ => self.clock.time(row.timestamp, at),
         };
         self.flags = row.flags.unwrap_or(self.flags);
         let axes = row.axes.map(PerAxis::to_array);
@@ -189,7 +177,7 @@ impl Foot {
             level,
             name: format!("footfall: {}", self.name),
             message,
-            hardware_id: self.frame.clone(),
+            hardware_id: self.topics.hardware.as_ref().to_owned(),
             values: self.counts.clone(),
         };
         DiagnosticArray {
@@ -205,12 +193,27 @@ impl Foot {
     }
 }
 
+impl Default for Bridge {
+    fn default() -> Self {
+        Self::new(crate::topics::FRAME)
+    }
+}
+
 impl Bridge {
+    /// Nothing is known yet. `frame` names the frames of feet: what replaces `{foot}` in it is a foot's
+    /// name.
+    #[must_use]
+    pub fn new(frame: &str) -> Self {
+        Self {
+            frame: frame.to_owned(),
+            feet: BTreeMap::new(),
+            lines: BTreeMap::new(),
+        }
+    }
+
     /// The messages of something that was heard; `name` is what the foot is called, where it has a name.
     pub fn messages(&mut self, heard: &Heard, name: Option<&str>) -> Vec<Published> {
-        let Some(foot) = self.foot(heard, name) else {
-            return Vec::new();
-        };
+        let foot = self.foot(heard, name);
         let at = heard.at;
         let publish = |topic: &Arc<str>, message| Published {
             topic: Arc::clone(topic),
@@ -223,14 +226,16 @@ impl Bridge {
             Said::Contact(row) => {
                 let (contact, imu) = foot.contact(row, at);
                 let data = f64::from(contact.p_stable);
-                published.push(publish(&foot.contact, Message::Contact(contact)));
+                published.push(publish(&foot.topics.contact, Message::Contact(contact)));
                 let probability = Message::Number(Float64 { data });
-                published.push(publish(&foot.probability, probability));
-                published.extend(imu.map(|imu| publish(&foot.imu, Message::Imu(Box::new(imu)))));
+                published.push(publish(&foot.topics.probability, probability));
+                published
+                    .extend(imu.map(|imu| publish(&foot.topics.imu, Message::Imu(Box::new(imu)))));
             }
             Said::Raw(raw) => {
                 let imu = foot.raw(raw, at);
-                published.extend(imu.map(|imu| publish(&foot.imu, Message::Imu(Box::new(imu)))));
+                published
+                    .extend(imu.map(|imu| publish(&foot.topics.imu, Message::Imu(Box::new(imu)))));
             }
             Said::Board(board) => {
                 foot.faults = board.faults;
@@ -260,21 +265,24 @@ impl Bridge {
             }
             Said::Load(newtons) => {
                 let data = f64::from(*newtons);
-                published.push(publish(&foot.load, Message::Number(Float64 { data })));
+                published.push(publish(
+                    &foot.topics.load,
+                    Message::Number(Float64 { data }),
+                ));
             }
             Said::BootUp => foot.faults = Faults::NONE,
             _ => {}
         }
         if foot.is_due(at) || before != (foot.faults, true) {
             let diagnostics = Message::Diagnostics(foot.diagnostics(at));
-            published.push(publish(&"/diagnostics".into(), diagnostics));
+            published.push(publish(&DIAGNOSTICS.into(), diagnostics));
         }
         published
     }
 
     /// The foot that said it. On a serial line nobody knows which foot it is before its first health
     /// message: until then it has the name of its line.
-    fn foot(&mut self, heard: &Heard, name: Option<&str>) -> Option<&mut Foot> {
+    fn foot(&mut self, heard: &Heard, name: Option<&str>) -> &mut Foot {
         let key = &heard.foot;
         let own = match &heard.said {
             Said::Contact(row) => row.foot.as_deref(),
@@ -286,7 +294,7 @@ impl Bridge {
         {
             // What was known of it under the name of its line, but for its topics.
             if let Some(known) = self.feet.remove(&before) {
-                let foot = Foot::new(name.unwrap_or(&key.line));
+                let foot = Foot::new(name.unwrap_or(&key.line), &self.frame);
                 let foot = Foot {
                     clock: known.clock,
                     faults: known.faults,
@@ -310,8 +318,9 @@ impl Bridge {
             Some(node) => format!("node_{node}"),
             None => key.line.to_string(),
         };
-        let made = || Foot::new(&name.map_or_else(fallback, str::to_owned));
-        Some(self.feet.entry(key.clone()).or_insert_with(made))
+        let frame = &self.frame;
+        let made = || Foot::new(&name.map_or_else(fallback, str::to_owned), frame);
+        self.feet.entry(key.clone()).or_insert_with(made)
     }
 }
 
@@ -337,7 +346,7 @@ fn quaternion(q: Orientation) -> Quaternion {
     Quaternion { x, y, z, w }
 }
 
-fn vector(v: Vec3) -> Vector3 {
+pub(crate) fn vector(v: Vec3) -> Vector3 {
     let [x, y, z] = [v.x, v.y, v.z].map(f64::from);
     Vector3 { x, y, z }
 }

@@ -23,6 +23,8 @@ geometry_msgs/Vector3 linear_acceleration
 float64[9] linear_acceleration_covariance
 ";
 const FLOAT64: &str = "float64 data\n";
+const STRING: &str = "string data\n";
+const BOOL: &str = "bool data\n";
 const KEY_VALUE: &str = "string key\nstring value\n";
 const STATUS: &str = "byte OK=0
 byte WARN=1
@@ -35,6 +37,10 @@ string hardware_id
 diagnostic_msgs/KeyValue[] values
 ";
 const DIAGNOSTICS: &str = "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n";
+
+const CONTACTS_STAMPED: &str = "std_msgs/Header header\nbool[] contacts\n";
+const QUADRUPED_STANCE: &str =
+    "std_msgs/Header header\nfloat32 lf\nfloat32 rf\nfloat32 lh\nfloat32 rh\n";
 
 /// The definition of a contact, as the interface package has it.
 pub const CONTACT: &str = include_str!("../../ros2/footfall_msgs/msg/Contact.msg");
@@ -79,6 +85,18 @@ impl Definition {
         own: FLOAT64,
         others: &[],
     };
+    /// Of a text.
+    pub const STRING: Self = Self {
+        name: "std_msgs/msg/String",
+        own: STRING,
+        others: &[],
+    };
+    /// Of an answer.
+    pub const BOOL: Self = Self {
+        name: "std_msgs/msg/Bool",
+        own: BOOL,
+        others: &[],
+    };
     /// Of what diagnostics say.
     pub const DIAGNOSTICS: Self = Self {
         name: "diagnostic_msgs/msg/DiagnosticArray",
@@ -91,6 +109,19 @@ impl Definition {
         ],
     };
 
+    /// Of all feet, for champ.
+    pub const CHAMP: Self = Self {
+        name: "champ_msgs/msg/ContactsStamped",
+        own: CONTACTS_STAMPED,
+        others: &IN_HEADER,
+    };
+    /// Of all feet, for pronto.
+    pub const PRONTO: Self = Self {
+        name: "pronto_msgs/msg/QuadrupedStance",
+        own: QUADRUPED_STANCE,
+        others: &IN_HEADER,
+    };
+
     /// Of a message.
     #[must_use]
     pub const fn of(message: &Message) -> Self {
@@ -98,8 +129,18 @@ impl Definition {
             Message::Contact(_) => Self::CONTACT,
             Message::Imu(_) => Self::IMU,
             Message::Number(_) => Self::FLOAT64,
+            Message::Text(_) => Self::STRING,
+            Message::Bool(_) => Self::BOOL,
             Message::Diagnostics(_) => Self::DIAGNOSTICS,
+            Message::Champ(_) => Self::CHAMP,
+            Message::Pronto(_) => Self::PRONTO,
         }
+    }
+
+    /// Its package, such as `std_msgs`, and its name in it, such as `Float64`.
+    #[must_use]
+    pub fn package_and_name(self) -> (&'static str, &'static str) {
+        self.name.split_once("/msg/").unwrap_or_default()
     }
 
     /// The whole text.

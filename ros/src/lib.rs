@@ -4,13 +4,25 @@
 //! |---|---|
 //! | the messages, and their bytes (CDR) | [`message`] |
 //! | their definitions, as a recording carries them | [`definition`] |
+//! | the topics of a foot | [`topics`] |
 //! | what a foot says becomes messages on topics | [`bridge`] |
-//! | messages in a file | [`mcap_file`] |
+//! | samples that were recorded become messages on topics | [`samples`] |
+//! | contacts of all feet become one message of champ or pronto | [`compat`] |
+//! | messages in a file: MCAP, rosbag2 | [`mcap_file`], [`rosbag2_file`] |
 
 pub mod bridge;
+pub mod compat;
 pub mod definition;
 pub mod mcap_file;
 pub mod message;
+pub mod rosbag2_file;
+pub mod samples;
+pub mod topics;
 
 pub use bridge::{Bridge, Published};
+pub use compat::{AllFeet, Compat};
 pub use mcap_file::McapFile;
+pub use message::Message;
+pub use rosbag2_file::Rosbag2File;
+pub use samples::Samples;
+pub use topics::Topics;

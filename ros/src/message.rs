@@ -8,7 +8,7 @@ use serde::Serialize;
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// `builtin_interfaces/msg/Time`: since 1970.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Time {
     /// s.
     pub sec: i32,
@@ -99,6 +99,44 @@ pub struct Float64 {
     pub data: f64,
 }
 
+/// `std_msgs/msg/String`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Text {
+    /// The text.
+    pub data: String,
+}
+
+/// `std_msgs/msg/Bool`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Bool {
+    /// The answer.
+    pub data: bool,
+}
+
+/// `champ_msgs/msg/ContactsStamped` of [champ](https://github.com/chvmp/champ).
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ContactsStamped {
+    /// When the newest of its samples was acquired.
+    pub header: Header,
+    /// Whether left front, right front, left hind and right hind stand.
+    pub contacts: Vec<bool>,
+}
+
+/// `pronto_msgs/msg/QuadrupedStance` of [pronto](https://github.com/ori-drs/pronto).
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct QuadrupedStance {
+    /// When the newest of its samples was acquired.
+    pub header: Header,
+    /// Probability that the left front foot stands, 0 … 1.
+    pub lf: f32,
+    /// Of the right front foot.
+    pub rf: f32,
+    /// Of the left hind foot.
+    pub lh: f32,
+    /// Of the right hind foot.
+    pub rh: f32,
+}
+
 /// `diagnostic_msgs/msg/KeyValue`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "its name says it")]
@@ -151,8 +189,9 @@ pub struct DiagnosticArray {
     pub status: Vec<DiagnosticStatus>,
 }
 
-/// A message that is published.
-#[derive(Clone, Debug, PartialEq)]
+/// A message that is published. Its bytes are those of what it holds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Message {
     /// The contact.
     Contact(Contact),
@@ -160,30 +199,28 @@ pub enum Message {
     Imu(Box<Imu>),
     /// A number: a probability or a load.
     Number(Float64),
+    /// How far a sample is to be trusted.
+    Text(Text),
+    /// The truth about a sample.
+    Bool(Bool),
     /// How the board is.
     Diagnostics(DiagnosticArray),
+    /// All feet of a robot, as champ has them.
+    Champ(ContactsStamped),
+    /// All feet of a robot, as pronto has them.
+    Pronto(QuadrupedStance),
 }
 
 impl Message {
     /// Its bytes, with what stands before them.
     #[must_use]
     pub fn cdr(&self) -> Vec<u8> {
-        match self {
-            Self::Contact(message) => cdr(message),
-            Self::Imu(message) => cdr(message.as_ref()),
-            Self::Number(message) => cdr(message),
-            Self::Diagnostics(message) => cdr(message),
-        }
+        let mut bytes = ENCAPSULATION.to_vec();
+        // These messages hold nothing that CDR has no form for; a test writes each.
+        let encoded = cdr_encoding::to_vec::<_, LittleEndian>(self);
+        bytes.extend(encoded.unwrap_or_default());
+        bytes
     }
-}
-
-/// The bytes of a message, with what stands before them.
-fn cdr(message: &impl Serialize) -> Vec<u8> {
-    let mut bytes = ENCAPSULATION.to_vec();
-    // These messages hold nothing that CDR has no form for; a test writes each.
-    let encoded = cdr_encoding::to_vec::<_, LittleEndian>(message);
-    bytes.extend(encoded.unwrap_or_default());
-    bytes
 }
 
 #[cfg(test)]
@@ -230,7 +267,10 @@ mod tests {
             Message::Contact(Contact::default()),
             Message::Imu(Box::default()),
             Message::Number(Float64::default()),
+            Message::Text(Text::default()),
             Message::Diagnostics(diagnostics),
+            Message::Champ(ContactsStamped::default()),
+            Message::Pronto(QuadrupedStance::default()),
         ] {
             assert!(message.cdr().len() > 8, "{message:?}");
         }

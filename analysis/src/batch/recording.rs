@@ -19,7 +19,7 @@ use crate::config::{GRAVITIES, word_of};
 use crate::parameters::{CorrectionReport, ParametersReport};
 use crate::replay::foot::{ReplayError, Replayed, Wanted, replay};
 
-/// Is told how much of a recording is done, in [0, 1].
+/// Called with how much of a recording is done, in [0, 1].
 pub type Progress = Arc<dyn Fn(f64) + Send + Sync>;
 
 /// The share of the work on a recording that is reading it, for progress.

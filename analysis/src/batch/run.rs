@@ -83,7 +83,7 @@ impl Outcome {
     }
 }
 
-/// Results of a recording that is none of those that were found.
+/// Results of a recording that was not found any more.
 #[derive(Clone, Debug, Eq, JsonSchema, PartialEq, Serialize)]
 pub struct Stale {
     /// Its name; `null` where no row of it is left.

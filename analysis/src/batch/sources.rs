@@ -53,7 +53,7 @@ pub struct PassedOver {
 pub struct Sources {
     /// The recordings, in the order of their names.
     pub recordings: Vec<Recording>,
-    /// What is none. Hidden files and folders are not among it.
+    /// Files that are no recordings, without hidden ones.
     pub passed_over: Vec<PassedOver>,
     /// The names of the recordings whose path is not as the pattern has it.
     pub not_as_the_pattern: Vec<String>,

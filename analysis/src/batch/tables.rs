@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use estimator_core::{ContactEstimate, Decision, Phase};
 use recordings::events::{Event, Kind};
+use recordings::output::seconds;
 use recordings::parquet_output::ParquetEstimates;
 use recordings::parquet_rows::{DataType, Field, ParquetRows};
 use recordings::recording::RecordedSample;
@@ -88,7 +89,7 @@ pub(super) struct Writer<'a> {
     /// The first failure; nothing is written after it.
     written: io::Result<()>,
     pub(super) counts: Counts,
-    /// Is told as many samples as have been estimated.
+    /// Called with the number of samples that have been estimated.
     progress: &'a dyn Fn(u64),
     estimated: u64,
 }
@@ -126,13 +127,11 @@ impl<'a> Writer<'a> {
     }
 
     fn write_event(&mut self, event: &Event) -> io::Result<()> {
-        let seconds = |micros: i128| micros as f64 / 1.0e6;
-        let since_start = i128::from(event.time.as_micros());
         self.events.add(&EventRow {
             recording: self.recording,
-            t: seconds(since_start + i128::from(self.start_us)),
+            t: seconds(event.time, self.start_us),
             event: event.kind.name(),
-            duration: event.duration_us.map(|micros| seconds(micros.into())),
+            duration: event.duration_us.map(|micros| micros as f64 / 1.0e6),
             p_peak: event.peak,
             distance: event.distance_m,
         })

@@ -4,21 +4,21 @@ use estimator_core::Timestamp;
 use wire::pdo::{ShortTime, TIME_STEP_US};
 
 /// Beyond this time between two frames the log's own clock was set, µs: a day.
-const LONGEST_BRIDGE_US: i64 = 86_400_000_000;
+pub(super) const LONGEST_BRIDGE_US: i64 = 86_400_000_000;
 
 /// Lines of a log are never this far out of order, µs: its own clock was set back.
-const LONGEST_RETURN_US: i64 = -1_000_000;
+pub(super) const LONGEST_RETURN_US: i64 = -1_000_000;
 
 /// Where the log has no times, less than this before a turn is full is a step back, µs: a frame
 /// that others have overtaken.
-const OVERTAKEN_US: i64 = TURN_US / 8;
+pub(super) const OVERTAKEN_US: i64 = TURN_US / 8;
 
 /// By how much the clocks of foot and log may differ, µs: frames wait in adapters and in queues.
 const TOLERANCE_US: i64 = TURN_US / 4;
 
 /// A step and a turn of the foot's short clock, µs.
-const STEP_US: i64 = TIME_STEP_US as i64;
-const TURN_US: i64 = STEP_US << 16;
+pub(super) const STEP_US: i64 = TIME_STEP_US as i64;
+pub(super) const TURN_US: i64 = STEP_US << 16;
 
 /// A contact, by its foot's clock and by the log's.
 #[derive(Clone, Copy)]
@@ -91,6 +91,20 @@ impl Mark {
                 Elapsed::Unbridged(steps)
             }
             elapsed => elapsed,
+        }
+    }
+
+    /// When it was logged; the start of the log's clock where it has no times.
+    pub(super) fn logged(self) -> Timestamp {
+        Timestamp::from_micros(self.logged_us.unwrap_or_default())
+    }
+
+    /// A contact that is `micros` on the foot's clock, logged at `at`.
+    pub(super) const fn of(micros: u64, short: ShortTime, at: Timestamp) -> Self {
+        Self {
+            micros,
+            short,
+            logged_us: Some(at.as_micros()),
         }
     }
 

@@ -4,8 +4,10 @@ use estimator_core::Timestamp;
 use wire::pdo::{Contact, LastSync, ShortTime};
 use wire::sequence::missing_u8;
 
+use super::Reception;
 use super::clock::{Elapsed, Mark};
 use super::sync::{Alignment, Syncs};
+use super::turns::{Correction, Next, Step, Turns, Waiting};
 use crate::report::Report;
 use crate::row::Clock;
 
@@ -30,11 +32,24 @@ pub(super) struct LoggedFoot {
     sequence: u8,
     /// From the contact before to the newest, µs; 0 where that is not known.
     usual_us: i64,
+    /// Where contacts come live and may have waited; of them the fields from `before` on say nothing.
+    live: Option<Turns>,
 }
 
 impl LoggedFoot {
     /// A foot whose first contact, logged at `at`, becomes this row.
-    pub(super) fn new(contact: &Contact, row: usize, at: Option<Timestamp>) -> Self {
+    pub(super) fn new(
+        contact: &Contact,
+        row: usize,
+        at: Option<Timestamp>,
+        reception: Reception,
+    ) -> Self {
+        let live = match (reception, at) {
+            (Reception::Live, Some(at)) => {
+                Some(Turns::new(contact.timestamp, contact.sequence, at))
+            }
+            _ => None,
+        };
         Self {
             row,
             short: contact.timestamp,
@@ -45,6 +60,7 @@ impl LoggedFoot {
             suspect: None,
             sequence: contact.sequence.wrapping_sub(1),
             usual_us: 0,
+            live,
         }
     }
 
@@ -57,6 +73,11 @@ impl LoggedFoot {
         at: Option<Timestamp>,
         report: &mut Report,
     ) -> Option<u64> {
+        if let (Some(mut turns), Some(at)) = (self.live, at) {
+            let micros = self.take_live(&mut turns, contact, row, at, report);
+            self.live = Some(turns);
+            return micros;
+        }
         let Contact {
             timestamp: short,
             sequence,
@@ -130,16 +151,87 @@ impl LoggedFoot {
         Some(mark.micros)
     }
 
+    /// The same where it comes live.
+    fn take_live(
+        &mut self,
+        turns: &mut Turns,
+        contact: &Contact,
+        row: usize,
+        at: Timestamp,
+        report: &mut Report,
+    ) -> Option<u64> {
+        let Next {
+            micros,
+            step,
+            waiting,
+        } = if self.row == row {
+            Next::first(turns.micros)
+        } else {
+            turns.take(contact.timestamp, contact.sequence, at)
+        };
+        match step {
+            Step::Duplicate => {
+                report.duplicates += 1;
+                return None;
+            }
+            Step::Late => report.count_problem("contacts_out_of_order"),
+            Step::Forward(missing) => {
+                report.count_missing(missing);
+                if self.row != row {
+                    report.count_step(self.mark.micros, micros);
+                }
+                self.mark = Mark::of(micros, contact.timestamp, at);
+            }
+        }
+        match waiting {
+            Waiting::Begins => report.count_problem("contacts_that_waited"),
+            Waiting::Unknown => report.count_problem("clock_of_the_log_set"),
+            Waiting::No | Waiting::Still => {}
+        }
+        self.row = row;
+        self.short = contact.timestamp;
+        self.micros = micros;
+        Some(micros)
+    }
+
+    /// Takes in the SYNC that a health frame reports, where frames come live: the long clock puts the
+    /// counted one right. What is wrong is counted in the report.
+    pub(super) fn verify(&mut self, sync: LastSync, report: &mut Report) -> Correction {
+        let Some(turns) = &mut self.live else {
+            return Correction::None;
+        };
+        let correction = turns.health(sync);
+        if let Correction::Turns { missing, gap_us } = correction {
+            report.correct_missing(missing);
+            report.count_step(0, gap_us.unsigned_abs());
+            report.count_problem("turns_that_were_wrong");
+            let at = self.mark.logged();
+            self.micros = turns.micros;
+            self.mark = Mark::of(turns.micros, self.short, at);
+        }
+        correction
+    }
+
     /// Takes in the newest SYNC that the foot reports: what is to be added to its clock for the
     /// log's, µs, where that is known then.
     pub(super) fn align(&mut self, sync: LastSync, syncs: &Syncs) -> Option<i64> {
-        self.alignment.take(sync, syncs, self.mark);
-        self.alignment.offset()
+        self.alignment
+            .take(sync, syncs, self.mark, self.live.as_ref());
+        self.offset()
+    }
+
+    /// What is to be added to its clock for the log's, µs, where SYNCs allow it.
+    fn offset(&self) -> Option<i64> {
+        let offset = self.alignment.offset()?;
+        Some(match &self.live {
+            Some(turns) => turns.at_most(offset),
+            None => offset,
+        })
     }
 
     /// A time of its clock, µs, on the log's, where SYNCs allow it.
     pub(super) fn common(&self, micros: u64) -> Option<(Timestamp, Clock)> {
-        let common = micros.checked_add_signed(self.alignment.offset()?)?;
+        let common = micros.checked_add_signed(self.offset()?)?;
         Some((Timestamp::from_micros(common), Clock::Sync))
     }
 }

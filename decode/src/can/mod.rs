@@ -6,16 +6,20 @@
 //! | the newest rows, which frames beside a contact complete | `pending` |
 //! | the time of a contact, from the clocks of foot and log | `clock` |
 //! | the clocks of all feet and the log's as one, from numbered SYNCs | `sync` |
+//! | the same where frames come live, and may have waited | `turns`, `long`, `pace` |
 //! | a foot: its newest contact, its numbers, its doubts | `foot` |
 //! | the cells of a row | `rows` |
 
 mod clock;
 mod foot;
+mod long;
+mod pace;
 mod pending;
 mod rows;
 mod sync;
 #[cfg(test)]
 mod tests;
+mod turns;
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -34,6 +38,7 @@ use foot::LoggedFoot;
 use pending::Pending;
 use rows::{Belongs, complete, kind_name, row_of};
 use sync::Syncs;
+use turns::Correction;
 
 /// Number of broken lines that are named; the others are counted.
 const NAMED_LINES: u64 = 10;
@@ -46,7 +51,7 @@ pub(super) fn decode(
     feet: &Feet,
     sink: Sink<'_>,
 ) -> Result<Outcome, DecodeError> {
-    let mut log = Log::new(feet.clone());
+    let mut log = Log::new(feet.clone(), Reception::Logged);
     log.report.log = Some(reader.form());
     let mut notices = Vec::new();
     let mut malformed = 0;
@@ -115,6 +120,15 @@ pub(super) fn decode(
     })
 }
 
+/// What the time of reception of a frame says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reception {
+    /// When it came over the bus, nearly: the log was written as frames came.
+    Logged,
+    /// When it was read: it may have waited before, and others after it may have been dropped.
+    Live,
+}
+
 /// The log up to the newest line.
 pub(crate) struct Log {
     pub(crate) rows: Pending,
@@ -131,10 +145,11 @@ pub(crate) struct Log {
     unknown_foot: Option<u8>,
     /// The interface of the newest row.
     interface: Option<Arc<str>>,
+    reception: Reception,
 }
 
 impl Log {
-    pub(crate) fn new(known: Feet) -> Self {
+    pub(crate) fn new(known: Feet, reception: Reception) -> Self {
         Self {
             rows: Pending::default(),
             report: Report::new(Medium::Can),
@@ -144,6 +159,7 @@ impl Log {
             known,
             unknown_foot: None,
             interface: None,
+            reception,
         }
     }
 
@@ -290,9 +306,23 @@ impl Log {
         if belongs != Some(Belongs::ToTheContact) {
             self.report.count_problem("frames_without_their_contact");
         }
-        if pdo == Pdo::Health
-            && let Some(syncs) = self.syncs.get(interface)
-            && let Some(offset) = foot.align(Health::decode(bytes).sync, syncs)
+        if pdo != Pdo::Health {
+            return;
+        }
+        let sync = Health::decode(bytes).sync;
+        match foot.verify(sync, &mut self.report) {
+            Correction::None => {}
+            Correction::Turns { .. } => {
+                if let Some(row) = self.rows.get_mut(foot.row) {
+                    row.timestamp = Timestamp::from_micros(foot.micros);
+                    row.common = foot.common(foot.micros).or(row.common);
+                }
+            }
+            // Its boot-up was lost.
+            Correction::Restarted => return self.boot_up(interface, node),
+        }
+        if let Some(syncs) = self.syncs.get(interface)
+            && let Some(offset) = foot.align(sync, syncs)
         {
             self.rows.align(foot.row, offset);
         }
@@ -321,7 +351,7 @@ impl Log {
         let key = (interface.to_owned(), node.get());
         let index = self.rows.next_index();
         let known = self.feet.get(&key).cloned();
-        let mut foot = known.unwrap_or_else(|| LoggedFoot::new(contact, index, at));
+        let mut foot = known.unwrap_or_else(|| LoggedFoot::new(contact, index, at, self.reception));
         let Some(micros) = foot.take(contact, index, at, &mut self.report) else {
             return;
         };

@@ -8,6 +8,7 @@ use estimator_core::Timestamp;
 use wire::pdo::{LastSync, ShortTime};
 
 use super::clock::{Elapsed, Mark};
+use super::turns::Turns;
 
 /// The number of differences whose median counts: at ten health frames a second, less than two seconds,
 /// in which clocks that are 50 ppm apart drift by 80 µs.
@@ -48,8 +49,9 @@ pub(super) struct Alignment {
 }
 
 impl Alignment {
-    /// Takes in the SYNC that the foot reports; `mark` is its newest contact.
-    pub(super) fn take(&mut self, sync: LastSync, syncs: &Syncs, mark: Mark) {
+    /// Takes in the SYNC that the foot reports; `mark` is its newest contact, `live` its clock where frames
+    /// come live: then a SYNC that has waited says nothing.
+    pub(super) fn take(&mut self, sync: LastSync, syncs: &Syncs, mark: Mark, live: Option<&Turns>) {
         if sync.counter == 0 || self.newest == Some(sync) {
             return;
         }
@@ -59,13 +61,18 @@ impl Alignment {
         };
         // The short time of the foot's clock at the SYNC; which turn, the log's clock decides.
         let short = ShortTime(sync.time.0 as u16);
-        let Elapsed::Agreed(elapsed) = mark.elapsed(short, Some(at)) else {
-            return;
+        let by_log = || match mark.elapsed(short, Some(at)) {
+            Elapsed::Agreed(elapsed) => mark.micros.checked_add_signed(elapsed),
+            _ => None,
         };
-        let Some(clock) = mark.micros.checked_add_signed(elapsed) else {
+        let long = live.and_then(|turns| turns.counted(sync));
+        let Some(clock) = long.or_else(by_log) else {
             return;
         };
         let difference = at.as_micros().wrapping_sub(clock) as i64;
+        if live.is_some_and(|turns| turns.has_waited(difference)) {
+            return;
+        }
         if let Some(known) = self.offset()
             && known.abs_diff(difference) > LARGEST_STEP_US
         {

@@ -1,5 +1,7 @@
 //! Logs made by hand, and damaged ones.
 
+mod stall;
+
 use super::*;
 use crate::Decoded;
 use crate::can_log::Logged;

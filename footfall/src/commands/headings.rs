@@ -43,6 +43,22 @@ Examples:
   footfall batch logs --out results --dry-run
   footfall batch logs --out results --json | jq '.recordings[].rows[] | select(.slips > 0).recording'";
 
+/// Examples of `footfall convert`.
+pub const CONVERT_EXAMPLES: &str = "\
+Examples:
+  footfall convert walk.mcap walk.parquet --load-topic /ft:force.z
+  footfall convert log.csv walk.mcap --units g,dps --axes x,-z,y
+  footfall convert walk.csv walk --as rosbag2
+  footfall convert walk.parquet - --from 10 --to 20 | head";
+
+/// Examples of `footfall view`.
+pub const VIEW_EXAMPLES: &str = "\
+Examples:
+  footfall view demo:feet=4
+  footfall view uart:/dev/ttyACM0 --host 0.0.0.0
+  footfall view --layout foxglove > footfall.json
+  footfall view --layout plotjuggler --feet L,R > footfall.xml";
+
 /// Examples of `footfall calibrate`.
 pub const CALIBRATE_EXAMPLES: &str = "\
 Examples:

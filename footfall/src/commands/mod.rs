@@ -4,10 +4,13 @@
 //! |---|---|
 //! | `replay` | [`replay`] |
 //! | `batch` | [`batch`] |
+//! | `convert` | [`convert`] |
 //! | `demo` | [`demo`] |
 //! | `decode` | [`decode`] |
 //! | `monitor` | [`monitor`] |
 //! | `record` | [`record`] |
+//! | `view` | [`view`] |
+//! | `ros2` | [`ros2`] |
 //! | `evaluate` | [`evaluate`] |
 //! | `attitude` | [`attitude`] |
 //! | `calibrate` | [`calibrate`] |
@@ -18,11 +21,13 @@
 //! | `completions`, `man` | [`shell`] |
 //! | what options are grouped under, examples | [`headings`] |
 //! | what the commands that read recordings share | [`recording`] |
+//! | what `record`, `view` and `ros2` share | [`stream`](crate::stream) |
 
 pub mod attitude;
 pub mod batch;
 pub mod calibrate;
 pub mod config;
+pub mod convert;
 pub mod decode;
 pub mod demo;
 pub mod evaluate;
@@ -33,8 +38,10 @@ pub mod monitor;
 pub mod record;
 pub mod recording;
 pub mod replay;
+pub mod ros2;
 pub mod schema;
 pub mod shell;
+pub mod view;
 
 use clap::{ArgAction, Parser, Subcommand};
 use decode::DecodeArguments;
@@ -45,19 +52,22 @@ use attitude::AttitudeArguments;
 use batch::BatchArguments;
 use calibrate::CalibrateArguments;
 use config::ConfigArguments;
+use convert::ConvertArguments;
 use demo::DemoArguments;
 use evaluate::EvaluateArguments;
 use explain::ExplainArguments;
 use foot::FootArguments;
 use headings::{
-    BATCH_EXAMPLES, CALIBRATE_EXAMPLES, COMPLETIONS_EXAMPLES, CONFIG_EXAMPLES, EXAMPLES,
-    EXIT_CODES, MAN_EXAMPLES, REPLAY_EXAMPLES,
+    BATCH_EXAMPLES, CALIBRATE_EXAMPLES, COMPLETIONS_EXAMPLES, CONFIG_EXAMPLES, CONVERT_EXAMPLES,
+    EXAMPLES, EXIT_CODES, MAN_EXAMPLES, REPLAY_EXAMPLES, VIEW_EXAMPLES,
 };
 use monitor::MonitorArguments;
 use record::RecordArguments;
 use replay::ReplayArguments;
+use ros2::Ros2Arguments;
 use schema::SchemaArguments;
 use shell::{CompletionsArguments, ManArguments};
+use view::ViewArguments;
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
 #[derive(Debug, Parser)]
@@ -90,6 +100,9 @@ pub enum Command {
     /// foot and day. A second run does only what is missing or has changed
     #[command(after_help = BATCH_EXAMPLES)]
     Batch(BatchArguments),
+    /// Convert a recording: any format that replay reads to CSV, Parquet, MCAP or rosbag2
+    #[command(after_help = CONVERT_EXAMPLES)]
+    Convert(ConvertArguments),
     /// Make a walking foot with a simulated LSM6DSOX, estimate, and write that and what the foot
     /// sends of it; needs no files
     Demo(DemoArguments),
@@ -100,6 +113,14 @@ pub enum Command {
     Monitor(MonitorArguments),
     /// Record feet that stream as MCAP for ROS 2: contacts, IMU, diagnostics
     Record(RecordArguments),
+    /// Show feet that stream in viewers of others.
+    #[command(
+        about = "Show feet that stream in Foxglove and PlotJuggler, and print layouts for them",
+        after_help = VIEW_EXAMPLES
+    )]
+    View(ViewArguments),
+    /// Publish feet that stream as a node of ROS 2, without ROS: contacts, IMU, diagnostics
+    Ros2(Ros2Arguments),
     /// Score this estimator and the methods of others on all recordings that have labels, and on
     /// simulated walks
     #[command(after_help = scoring::sets::needed())]
@@ -144,10 +165,13 @@ impl Arguments {
         match command {
             Command::Replay(arguments) => arguments.run(),
             Command::Batch(arguments) => arguments.run(),
+            Command::Convert(arguments) => arguments.run(),
             Command::Demo(arguments) => arguments.run(),
             Command::Decode(arguments) => arguments.run(),
             Command::Monitor(arguments) => arguments.run(),
             Command::Record(arguments) => arguments.run(),
+            Command::View(arguments) => arguments.run(),
+            Command::Ros2(arguments) => arguments.run(),
             Command::Evaluate(arguments) => arguments.run(),
             Command::Attitude(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(),

@@ -10,10 +10,11 @@ use live::{Feed, Source};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use crate::error::Error;
-use crate::files::unless_closed;
-use crate::messages::warn;
+use crate::files::{finish_when_interrupted, unless_closed};
+use crate::messages::aside;
 use crate::monitor::screen::{Running, draw};
 use crate::monitor::{Robot, lines};
+use crate::stream::{deadline, is_over, warn_of_lost};
 
 /// Time from one picture to the next.
 const PICTURE: Duration = Duration::from_millis(50);
@@ -39,7 +40,7 @@ pub struct MonitorArguments {
     #[arg(long)]
     pub json: bool,
     /// Stop after this time
-    #[arg(long, value_name = "SECONDS", value_parser = analysis::config::parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
     pub seconds: Option<f64>,
 }
 
@@ -53,10 +54,7 @@ enum Form {
 impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let name = self.source.to_string();
-        let end = self
-            .seconds
-            .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
-            .and_then(|seconds| Instant::now().checked_add(seconds));
+        let end = deadline(self.seconds);
         let feed = Feed::open(self.source.at_speed(Speed::REAL));
         let mut robot = Robot::new(Feet::default());
         let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
@@ -64,13 +62,11 @@ impl MonitorArguments {
             (false, true) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Text)),
             (false, false) => watch_screen(&feed, &mut robot, end, &name),
         };
-        if feed.lost() > 0 {
-            warn(format!(
-                "{} arrivals were lost: this machine did not keep up",
-                feed.lost()
-            ));
-        }
-        watched.map_err(Error::Print)
+        warn_of_lost(&feed);
+        watched.map_err(Error::Print)?;
+        robot
+            .into_failure()
+            .map_or(Ok(()), |error| Err(error.into()))
     }
 }
 
@@ -81,14 +77,11 @@ fn listen(feed: &Feed, robot: &mut Robot, due: Instant) {
         if left.is_zero() || robot.has_ended() {
             return;
         }
-        if let Some(fed) = feed.next(left) {
-            robot.take(fed);
+        match feed.next(left) {
+            Some(fed) => robot.take(fed),
+            None => robot.idle(robot.quiet_for()),
         }
     }
-}
-
-fn is_over(end: Option<Instant>) -> bool {
-    end.is_some_and(|end| Instant::now() >= end)
 }
 
 /// The next moment to show something, and the end where that comes first.
@@ -140,10 +133,12 @@ fn watch_screen(
     end: Option<Instant>,
     source: &str,
 ) -> io::Result<()> {
+    // A signal that ended the program at once would leave the terminal without echo and cursor.
+    finish_when_interrupted();
     let mut terminal = ratatui::try_init()?;
     let restored = Restored;
     let mut running = Running::Live;
-    while !is_over(end) {
+    'watch: while !is_over(end) {
         listen(feed, robot, next(PICTURE, end));
         if robot.has_ended() {
             // What is left on the screen is the end: keys are waited for.
@@ -162,9 +157,9 @@ fn watch_screen(
             is_changed = true;
             match key.code {
                 KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
-                    return Ok(());
+                    break 'watch;
                 }
-                KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
+                KeyCode::Char('q') | KeyCode::Esc => break 'watch,
                 KeyCode::Char(' ' | 'p') => {
                     running = match running {
                         Running::Live => Running::Paused,
@@ -172,6 +167,7 @@ fn watch_screen(
                     };
                 }
                 KeyCode::Char('m') => robot.mark(),
+                KeyCode::Char('r') => robot.toggle_recording(),
                 _ => {}
             }
         }
@@ -180,5 +176,8 @@ fn watch_screen(
         }
     }
     drop(restored);
+    if let Some(event) = robot.finish_recording() {
+        aside(format!("{event}\n"));
+    }
     Ok(())
 }

@@ -8,6 +8,7 @@ use analysis::config::{
     parse_gravity, parse_sample_rate,
 };
 use analysis::parameters::differences;
+use analysis::replay::span::Span;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
@@ -146,6 +147,21 @@ impl BagArguments {
             loads: self.load_topic.clone(),
         }
     }
+}
+
+/// What lies between `--from` and `--to`, s of the recording's clock.
+///
+/// # Errors
+/// It ends before it begins.
+pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
+    let span = Span::new(from, to);
+    if span.is_empty() {
+        return Err(Error::EmptySpan {
+            from: from.unwrap_or(0.0),
+            to: to.unwrap_or(0.0),
+        });
+    }
+    Ok(span)
 }
 
 /// A configuration file, or one that changes nothing. It is read once, so a pipe will do.

@@ -19,7 +19,7 @@ use recordings::input::About;
 use recordings::output::Feet;
 
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
-use super::recording::{Configuration, RecordingArguments, with_mounting};
+use super::recording::{self, Configuration, RecordingArguments, with_mounting};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::detail;
@@ -87,13 +87,7 @@ struct Foot {
 
 impl ReplayArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let span = Span::new(self.from, self.to);
-        if span.is_empty() {
-            return Err(Error::EmptySpan {
-                from: self.from.unwrap_or(0.0),
-                to: self.to.unwrap_or(0.0),
-            });
-        }
+        let span = recording::span(self.from, self.to)?;
         let configuration = Configuration::read(self.recording.config.as_deref())?;
         targets::check_inputs(&self.inputs)?;
         self.check_targets()?;

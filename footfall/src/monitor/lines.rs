@@ -3,46 +3,80 @@
 use std::io::{self, Write};
 
 use estimator_core::Decision;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::foot::Foot;
 use super::robot::{Event, Robot};
+use crate::schema::Line;
+
+/// What is said where several boards have one id.
+pub const SEVERAL_BOARDS: &str = "several boards with this id";
 
 /// A foot as it is, for programs.
-#[derive(Debug, Serialize)]
-struct FootLine<'a> {
+#[derive(Debug, JsonSchema, Serialize)]
+pub struct FootLine<'a> {
+    /// Since the first arrival, s.
     t: f64,
+    /// The foot's name, such as FL.
     foot: &'a str,
+    /// The line that it is heard on, such as can0.
     line: &'a str,
+    /// Its node id, 1 to 127; null on a serial line where it has not said it.
     node: Option<u8>,
+    /// Probability of stable contact, 0 to 1; null before the first contact, and where the foot is silent or
+    /// several boards have its id.
     p_stable: Option<f32>,
+    /// Probability of no motion along the ground, 0 to 1.
     p_tangential: Option<f32>,
+    /// Probability of no lifting and no tilting, 0 to 1.
     p_vertical: Option<f32>,
+    /// Phase of the gait: stance, slip, swing, `quiet_swing` or unknown.
     state: Option<&'static str>,
+    /// The debounced answer: 1 stable, 0 not.
     decision: Option<u8>,
+    /// The estimator's reasons for doubt, by name.
     flags: Vec<&'static str>,
+    /// Faults of the board that last, by name.
     faults: Vec<&'static str>,
+    /// Contacts in the newest second of the foot's clock, Hz.
     rate_hz: Option<f32>,
+    /// By how much the delay from sample to reception varied in that second, ms.
     jitter_ms: Option<f32>,
+    /// Contacts that did not arrive, by the foot's clock.
     missing: u64,
+    /// Frames that the foot says it could not send.
     dropped: u64,
+    /// The load that the foot was told, N.
     load_n: Option<f32>,
+    /// Roll, degrees.
     roll_deg: Option<f32>,
+    /// Pitch, degrees.
     pitch_deg: Option<f32>,
+    /// Temperature of the sensor, degrees Celsius.
     temperature_c: Option<f32>,
+    /// Whether no contact has come for half a second: what else there is, came last.
     silent: bool,
+    /// Whether contacts come that one board alone does not send: several have its id. There is no P then.
+    several_boards: bool,
 }
 
 /// An event, for programs.
-#[derive(Debug, Serialize)]
-struct EventLine<'a> {
+#[derive(Debug, JsonSchema, Serialize)]
+pub struct EventLine<'a> {
+    /// Since the first arrival, s.
     t: f64,
+    /// The foot's name; null where it is of none.
     foot: Option<&'a str>,
+    /// What has happened, in words.
     event: &'a str,
 }
 
 fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
-    let row = foot.row.as_ref();
+    let silent = foot.is_silent(robot.now());
+    let several_boards = foot.is_of_several_boards(robot.now());
+    // What is old, or of two feet, is no answer to whether the foot stands.
+    let row = foot.row.as_ref().filter(|_| !silent && !several_boards);
     FootLine {
         t: robot.elapsed_s(),
         foot: &foot.name,
@@ -63,7 +97,8 @@ fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
         roll_deg: foot.tilt.map(|[roll, _]| roll),
         pitch_deg: foot.tilt.map(|[_, pitch]| pitch),
         temperature_c: foot.temperature,
-        silent: foot.is_silent(robot.now()),
+        silent,
+        several_boards,
     }
 }
 
@@ -73,7 +108,7 @@ fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
 /// What the writer reports.
 pub fn write_json(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
     for foot in robot.feet() {
-        serde_json::to_writer(&mut *to, &foot_line(robot, foot))?;
+        serde_json::to_writer(&mut *to, &Line::of(&foot_line(robot, foot)))?;
         writeln!(to)?;
     }
     to.flush()
@@ -89,7 +124,7 @@ pub fn write_event_json(event: &Event, to: &mut dyn Write) -> io::Result<()> {
         foot: event.foot.as_deref(),
         event: &event.text,
     };
-    serde_json::to_writer(&mut *to, &line)?;
+    serde_json::to_writer(&mut *to, &Line::of(&line))?;
     writeln!(to)
 }
 
@@ -102,6 +137,7 @@ pub fn write_text(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
         let line = foot_line(robot, foot);
         write!(to, "{:9.3} s  {:<4}", line.t, line.foot)?;
         match (line.p_stable, line.silent) {
+            _ if line.several_boards => write!(to, "  {SEVERAL_BOARDS}")?,
             (_, true) => write!(to, "  silent")?,
             (None, _) => write!(to, "  no contact yet")?,
             (Some(p), _) => write!(

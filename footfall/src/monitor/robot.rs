@@ -1,16 +1,19 @@
 //! All feet as they are now, and what has happened.
 
 use std::collections::VecDeque;
+use std::path::Path;
+use std::time::{Duration, Instant};
 
 use decode::Feet;
 use decode::live::{FootKey, Heard, Listener, Said};
 use estimator_core::Timestamp;
-use live::Arrival;
 use live::feed::Fed;
+use live::{Arrival, LinkError};
 use wire::pdo::TEMPERATURE_STEP;
 use wire::{Counter, Emergency, Fault};
 
 use super::foot::Foot;
+use super::recorder::Recorder;
 
 /// Events that are kept.
 const EVENTS: usize = 1000;
@@ -35,12 +38,17 @@ pub struct Robot {
     forgotten: usize,
     first: Option<Timestamp>,
     now: Timestamp,
+    /// When the newest thing arrived, on the clock that stamped it, and on this machine's.
+    newest: Timestamp,
+    arrived: Instant,
     /// What the line waits for.
     waits_for: Option<String>,
-    has_ended: bool,
-    /// Lines and pieces that nobody could read.
+    /// Why there is nothing more to come.
+    ended: Option<LinkError>,
+    /// Lines and pieces that could not be read.
     unreadable: u64,
     marks: u32,
+    recorder: Option<Recorder>,
 }
 
 impl Robot {
@@ -54,17 +62,20 @@ impl Robot {
             forgotten: 0,
             first: None,
             now: Timestamp::default(),
+            newest: Timestamp::default(),
+            arrived: Instant::now(),
             waits_for: None,
-            has_ended: false,
+            ended: None,
             unreadable: 0,
             marks: 0,
+            recorder: None,
         }
     }
 
     /// Takes in what a feed gives.
     pub fn take(&mut self, fed: Fed) {
         match fed {
-            Fed::Arrived((at, arrival)) => self.arrive(at, &arrival),
+            Fed::Arrived((at, arrival)) => self.arrive(at, arrival),
             Fed::Opened => {
                 if self.waits_for.take().is_some() {
                     self.say(None, "the line is open again".to_owned());
@@ -79,25 +90,42 @@ impl Robot {
                 self.listener.finish();
                 self.take_heard();
                 self.say(None, error.to_string());
-                self.has_ended = true;
+                self.ended = Some(error);
             }
         }
     }
 
-    fn arrive(&mut self, at: Timestamp, arrival: &Arrival) {
+    fn arrive(&mut self, at: Timestamp, arrival: Arrival) {
         self.first.get_or_insert(at);
         self.now = at;
-        match arrival {
-            Arrival::Frame { interface, frame } => self.listener.frame(interface, frame, at),
-            Arrival::Bytes { port, bytes } => self.listener.bytes(port, bytes, at),
-            Arrival::Estimate(row) => self.listener.row(row.clone(), at),
-            Arrival::Unreadable(_) => self.unreadable += 1,
+        self.newest = at;
+        self.arrived = Instant::now();
+        if arrival.hand_to(&mut self.listener, at).is_some() {
+            self.unreadable += 1;
         }
         self.take_heard();
     }
 
+    /// For how long nothing has arrived.
+    #[must_use]
+    pub fn quiet_for(&self) -> Duration {
+        self.arrived.elapsed()
+    }
+
+    /// Nothing has arrived since the newest thing for this long: time goes on without it.
+    pub fn idle(&mut self, since: Duration) {
+        let now_us = self.newest.as_micros() + since.as_micros() as u64;
+        let now = Timestamp::from_micros(now_us);
+        if self.first.is_some() && now > self.now {
+            self.now = now;
+            self.listener.idle(now);
+            self.take_heard();
+        }
+    }
+
     fn take_heard(&mut self) {
         while let Some(heard) = self.listener.next_heard() {
+            self.record(&heard);
             self.hear(heard);
         }
     }
@@ -107,10 +135,12 @@ impl Robot {
         let Some(foot) = self.feet.get_mut(index) else {
             return;
         };
-        foot.heard = at;
         let mut event = None;
         match said {
-            Said::Contact(row) => foot.contact(*row, at),
+            Said::Contact(row) => {
+                foot.heard = at;
+                foot.contact(*row, at);
+            }
             Said::Health(health) => foot.count_drops(health.dropped),
             Said::Board(board) => {
                 foot.state = Some(board.state);
@@ -190,6 +220,56 @@ impl Robot {
         self.events.push_back(Event { t, foot, text });
     }
 
+    /// Begins a recording in the current folder, or ends the one that runs: an event says so, or why not.
+    pub fn toggle_recording(&mut self) {
+        if self.recorder.is_some() {
+            self.finish_recording();
+            return;
+        }
+        let event = match Recorder::begin() {
+            Ok(recorder) => {
+                let event = format!("recording to {}", recorder.path().display());
+                self.recorder = Some(recorder);
+                event
+            }
+            Err(error) => error.to_string(),
+        };
+        self.say(None, event);
+    }
+
+    /// Ends the recording, where one runs; returns the event that says so.
+    pub fn finish_recording(&mut self) -> Option<String> {
+        // A contact may still wait for what belongs to it.
+        self.listener.finish();
+        self.take_heard();
+        let recorder = self.recorder.take()?;
+        let path = recorder.path().display().to_string();
+        let event = match recorder.finish() {
+            Ok(()) => format!("wrote {path}"),
+            Err(error) => error.to_string(),
+        };
+        self.say(None, event.clone());
+        Some(event)
+    }
+
+    /// The file that is recorded to.
+    #[must_use]
+    pub fn recording_to(&self) -> Option<&Path> {
+        self.recorder.as_ref().map(Recorder::path)
+    }
+
+    /// Records what was heard, where a recording runs. One that cannot be written ends.
+    fn record(&mut self, heard: &Heard) {
+        let Some(recorder) = &mut self.recorder else {
+            return;
+        };
+        let name = self.listener.name(&heard.foot);
+        if let Err(error) = recorder.record(heard, name.as_deref()) {
+            self.recorder = None;
+            self.say(None, format!("recording ended: {error}"));
+        }
+    }
+
     /// Marks this moment; marks are numbered from 1.
     pub fn mark(&mut self) {
         self.marks += 1;
@@ -239,7 +319,14 @@ impl Robot {
     /// Whether there is nothing more to come.
     #[must_use]
     pub const fn has_ended(&self) -> bool {
-        self.has_ended
+        self.ended.is_some()
+    }
+
+    /// Why what is played could not be read, or not to its end.
+    #[must_use]
+    pub fn into_failure(self) -> Option<LinkError> {
+        self.ended
+            .filter(|error| !matches!(error, LinkError::Ended(_)))
     }
 
     /// Lines and pieces that could not be read: of what is played, of an adapter, of serial lines.
@@ -279,7 +366,6 @@ fn emergency_text(foot: &mut Foot, emergency: Emergency, at: Timestamp) -> Optio
 mod tests {
     use super::*;
     use live::Feed;
-    use std::time::Duration;
     use wire::{CanFrame, Faults};
 
     fn watched(source: &str) -> Robot {
@@ -312,6 +398,68 @@ mod tests {
                 .iter()
                 .any(|event| event.text == "has started")
         );
+    }
+
+    #[test]
+    fn a_foot_whose_contacts_stop_is_silent_whatever_else_is_heard() {
+        let mut robot = watched("demo:speed=max,seconds=2");
+        let now = robot.now();
+        assert!(!robot.feet()[0].is_silent(now));
+        // The robot goes on with its loads, and the foot with its heartbeats.
+        for ms in 0..600 {
+            let at = Timestamp::from_micros(now.as_micros() + ms * 1000);
+            for (id, data) in [(0x211, &[0; 4][..]), (0x711, &[127])] {
+                let frame = CanFrame::new(id, data).expect("a frame");
+                let interface = "can0".into();
+                robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+            }
+        }
+        assert!(robot.feet()[0].is_silent(robot.now()));
+    }
+
+    #[test]
+    fn two_boards_with_one_id_are_no_foot() {
+        let feed = Feed::open("demo:feet=2,speed=max,seconds=3".parse().expect("a source"));
+        let mut robot = Robot::new(Feet::default());
+        while !robot.has_ended() {
+            let mut fed = feed.next(Duration::from_secs(5)).expect("it ends");
+            if let Fed::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed
+                && frame.id() & 0x7F == u16::from(wire::Foot::Right.default_node_id().get())
+            {
+                let id = frame.id() & !0x7F | u16::from(wire::Foot::Left.default_node_id().get());
+                *frame = CanFrame::new(id, frame.data()).expect("a frame");
+            }
+            robot.take(fed);
+        }
+        assert_eq!(robot.feet().len(), 1);
+        assert!(robot.feet()[0].is_of_several_boards(robot.now()));
+        let mut json = Vec::new();
+        crate::monitor::lines::write_json(&robot, &mut json).expect("memory");
+        let line: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
+        assert_eq!(line["several_boards"], true);
+        assert!(line["p_stable"].is_null() && line["decision"].is_null());
+    }
+
+    #[test]
+    fn one_board_is_never_taken_for_several() {
+        for source in [
+            "demo:speed=max,seconds=5",
+            "demo:feet=2,speed=max,seconds=5,line=uart",
+        ] {
+            let robot = watched(source);
+            for foot in robot.feet() {
+                assert!(!foot.is_of_several_boards(robot.now()), "{source}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_foot_is_silent_where_the_whole_line_is() {
+        let mut robot = watched("demo:speed=max,seconds=2");
+        robot.idle(Duration::from_millis(400));
+        assert!(!robot.feet()[0].is_silent(robot.now()));
+        robot.idle(Duration::from_millis(600));
+        assert!(robot.feet()[0].is_silent(robot.now()));
     }
 
     #[test]
@@ -373,5 +521,31 @@ mod tests {
             robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
         }
         assert_eq!(robot.feet()[0].missing, 6);
+    }
+
+    #[test]
+    fn what_a_stall_has_lost_is_counted_to_within_a_hundredth() {
+        use wire::pdo::{Contact, ShortTime};
+        let mut robot = Robot::new(Feet::default());
+        for ms in (0..6000_u64).filter(|ms| !(2300..5000).contains(ms)) {
+            // Edges vary by a tenth of a period; nothing is read from 2 s to 5 s.
+            let made_us = ms * 1000 + ms * 37 % 100;
+            let read_us = if ms < 2000 {
+                made_us
+            } else {
+                made_us.max(5_000_000)
+            };
+            let contact = Contact {
+                timestamp: ShortTime((made_us / 10) as u16),
+                sequence: ms as u8,
+                ..Contact::default()
+            };
+            let frame = CanFrame::new(0x191, &contact.encode()).expect("a frame");
+            let at = Timestamp::from_micros(7_000_300 + read_us);
+            let interface = "can0".into();
+            robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+        }
+        let missing = robot.feet()[0].missing;
+        assert!(missing.abs_diff(2700) <= 27, "{missing}");
     }
 }

@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Sparkline};
 
 use super::foot::Foot;
+use super::lines::SEVERAL_BOARDS;
 use super::robot::{Event, Robot};
 
 /// The least and the most lines of a foot: two of text, the others are its curve.
@@ -48,7 +49,7 @@ pub fn draw(frame: &mut Frame<'_>, robot: &Robot, source: &str, running: Running
         draw_foot(frame, robot, foot, *area);
     }
     frame.render_widget(event_lines(robot, events.height), events);
-    let keys = "q quit   space pause   m mark";
+    let keys = "q quit   space pause   m mark   r record";
     frame.render_widget(Paragraph::new(keys).style(faint()), foot);
 }
 
@@ -64,6 +65,10 @@ fn headline(robot: &Robot, source: &str, running: Running, hidden: u16) -> Parag
     let warning = Style::new().fg(Color::Yellow);
     if running == Running::Paused {
         spans.push(Span::styled("   paused", warning));
+    }
+    if let Some(file) = robot.recording_to() {
+        let text = format!("   recording to {}", file.display());
+        spans.push(Span::styled(text, Style::new().fg(Color::Red)));
     }
     if hidden > 0 {
         let text = format!("   {hidden} more feet below");
@@ -124,6 +129,10 @@ fn contact_line(robot: &Robot, foot: &Foot) -> Paragraph<'static> {
         spans.push(Span::raw("no contact yet"));
         return Paragraph::new(Line::from(spans));
     };
+    if foot.is_of_several_boards(robot.now()) {
+        spans.push(Span::styled(SEVERAL_BOARDS, Style::new().fg(Color::Red)));
+        return Paragraph::new(Line::from(spans));
+    }
     if foot.is_silent(robot.now()) || robot.waits_for().is_some() {
         spans.push(Span::styled("silent   last ", Style::new().fg(Color::Red)));
     }

@@ -1,18 +1,21 @@
 //! Requests, one after the other, and their answers: over CAN as SDOs, over the serial line as its own
 //! messages. Everything else that arrives meanwhile is passed over.
 
-use std::collections::BTreeSet;
+mod error;
+mod requests;
+
+use std::collections::{BTreeSet, VecDeque};
 use std::time::{Duration, Instant};
 
 use decode::live::{FootKey, Heard, Listener, Said};
-use thiserror::Error;
-use wire::dictionary::{self, SIGNATURE_RESTORE, SIGNATURE_STORE, index};
-use wire::foot::cob_id;
+use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{Command, State};
-use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Message, NmtRequest, encode};
-use wire::{AbortCode, Address, CanFrame, DataType, NodeId, Value};
+use wire::uart::{Message, NmtRequest};
+use wire::{Address, CanFrame, DataType, Emergency, NodeId, Value};
 
-use crate::link::{Arrival, Link, LinkError, Sending};
+use crate::link::{Link, LinkError, Sending};
+pub use error::RequestError;
+use requests::Came;
 
 /// How long a foot may take to answer: it does so in the tick that takes the request in.
 const ANSWER: Duration = Duration::from_millis(500);
@@ -21,62 +24,20 @@ const ANSWER: Duration = Duration::from_millis(500);
 const STORE: Duration = Duration::from_secs(3);
 
 /// How often something is asked that was not answered: frames are lost.
-const TRIES: u32 = 3;
+pub(super) const TRIES: u32 = 3;
 
 /// How long to listen for what is waited for at once.
 const LISTEN: Duration = Duration::from_millis(5);
 
+/// By how much messages of a serial line may be out of order, µs; a clock that goes back by more began again.
+const DISORDER_US: u64 = 20_000;
+
+/// How many emergencies are kept.
+const MOST_EMERGENCIES: usize = 16;
+
 /// How long to listen for feet on a bus: each sends a contact a millisecond, and a heartbeat in any
 /// state twice a second.
 pub const SCAN: Duration = Duration::from_millis(1200);
-
-/// Why a request came to nothing.
-#[derive(Debug, Error)]
-pub enum RequestError {
-    /// The foot has refused it.
-    #[error("{what} was refused: {} (0x{:08X}): {}", reason.name(), reason.code(), decode::remedy::Trouble::Refusal(*reason).remedy())]
-    Refused {
-        /// What.
-        what: String,
-        /// Why.
-        reason: AbortCode,
-    },
-    /// The foot has refused it for a reason that is not known here.
-    #[error("{what} was refused with the abort code 0x{code:08X}")]
-    RefusedUnknown {
-        /// What.
-        what: String,
-        /// The code.
-        code: u32,
-    },
-    /// Nothing has answered.
-    #[error("{foot} does not answer: {what}")]
-    NoAnswer {
-        /// Who was asked.
-        foot: String,
-        /// What for.
-        what: String,
-    },
-    /// Something else than the object's type came.
-    #[error("{what} came as {length} bytes, which is no {}: another version of the foot's program?", data_type.name())]
-    Type {
-        /// What.
-        what: String,
-        /// How long it was.
-        length: usize,
-        /// What it should be.
-        data_type: DataType,
-    },
-    /// No foot is heard.
-    #[error("no foot is heard on this line")]
-    NoFoot,
-    /// Several are, and nothing says which is meant.
-    #[error("there are several feet, {0}: name one with --node")]
-    Several(String),
-    /// The line does not work.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-}
 
 /// The foot that is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,14 +54,11 @@ pub struct Client {
     listener: Listener,
     way: Way,
     sequence: u16,
-}
-
-/// What came for a request.
-enum Came {
-    Bytes(Vec<u8>),
-    Done,
-    Refused(AbortCode),
-    Unknown(u32),
+    /// The newest emergencies of the foot: they come between answers.
+    emergencies: VecDeque<Emergency>,
+    /// The newest time on the foot's clock, on a serial line, µs.
+    clock_us: Option<u64>,
+    starts: u32,
 }
 
 impl Client {
@@ -132,6 +90,9 @@ impl Client {
             listener,
             way,
             sequence: 0,
+            emergencies: VecDeque::new(),
+            clock_us: None,
+            starts: 0,
         })
     }
 
@@ -144,7 +105,14 @@ impl Client {
         }
     }
 
-    fn foot(&self) -> String {
+    /// From now on the foot is the node of this id, where it is asked over CAN.
+    pub(super) const fn follow(&mut self, node: NodeId) {
+        if let Way::Can(_) = self.way {
+            self.way = Way::Can(node);
+        }
+    }
+
+    pub(super) fn foot(&self) -> String {
         match self.way {
             Way::Can(node) => format!("node {}", node.get()),
             Way::Serial => "the foot".to_owned(),
@@ -198,11 +166,12 @@ impl Client {
         self.write_within(address, value, ANSWER)
     }
 
-    /// Stores all settings, so that they outlast power-off.
+    /// Stores all settings, so that they outlast power-off. Whether the foot still had those that were
+    /// written, the caller finds out
     ///
     /// # Errors
     /// It is refused, or nothing answers.
-    pub fn store(&mut self) -> Result<(), RequestError> {
+    pub(super) fn store(&mut self) -> Result<(), RequestError> {
         let all = Address::new(index::STORE, 1);
         self.write_within(all, Value::U32(SIGNATURE_STORE), STORE)
     }
@@ -232,17 +201,61 @@ impl Client {
         Ok(())
     }
 
-    /// The state that the foot reports next: in a heartbeat or a health message.
+    /// Commands the foot to be in this state again. Where it is to stream, it is commanded again until it
+    /// does: commands are not answered, and frames are lost.
+    ///
+    /// # Errors
+    /// It does not stream.
+    pub fn bring_to(&mut self, state: State) -> Result<(), RequestError> {
+        let command = match state {
+            State::Operational => Command::StartRemoteNode,
+            State::Stopped => Command::StopRemoteNode,
+            State::Initialising | State::PreOperational => Command::EnterPreOperational,
+        };
+        if state != State::Operational {
+            return self.command(command);
+        }
+        let id = self.node().map(NodeId::get);
+        for _ in 0..TRIES {
+            self.command(command)?;
+            let streams = self.listen(SCAN, |heard| {
+                let streams = match &heard.said {
+                    // On a serial line a foot streams in pre-operational state, too.
+                    Said::Board(board) => id.is_none() && board.state == State::Operational,
+                    Said::Contact(_) => id.is_some() && heard.foot.node == id,
+                    Said::Heartbeat(state) => heard.foot.node == id && *state == State::Operational,
+                    _ => false,
+                };
+                streams.then_some(())
+            })?;
+            if streams.is_some() {
+                return Ok(());
+            }
+        }
+        Err(RequestError::NoAnswer {
+            foot: self.foot(),
+            what: "the command to start".to_owned(),
+        })
+    }
+
+    /// The state that the foot reports next: in a heartbeat or a health message. A foot that sends no
+    /// heartbeats, as its settings may say, is operational where it sends contacts.
     ///
     /// # Errors
     /// It reports none.
     pub fn state(&mut self) -> Result<State, RequestError> {
         let id = self.node().map(NodeId::get);
+        let mut streams = false;
         let state = self.listen(SCAN, |heard| match &heard.said {
             Said::Heartbeat(state) if heard.foot.node == id => Some(*state),
             Said::Board(board) if id.is_none() => Some(board.state),
+            Said::Contact(_) if id.is_some() && heard.foot.node == id => {
+                streams = true;
+                None
+            }
             _ => None,
         })?;
+        let state = state.or(streams.then_some(State::Operational));
         state.ok_or_else(|| RequestError::NoAnswer {
             foot: self.foot(),
             what: "its state, in a heartbeat or health message,".to_owned(),
@@ -266,148 +279,67 @@ impl Client {
         }
     }
 
-    /// Reads, or writes `value`. What is not answered is asked again: all requests may be repeated.
-    fn request(
-        &mut self,
-        address: Address,
-        value: Option<Value>,
-        answer: Duration,
-        what: &dyn Fn() -> String,
-    ) -> Result<Came, RequestError> {
-        for _ in 0..TRIES {
-            let came = match self.way {
-                Way::Can(node) => self.request_sdo(node, address, value, answer)?,
-                Way::Serial => self.request_serial(address, value, answer)?,
-            };
-            if let Some(came) = came {
-                return Ok(came);
-            }
+    /// Makes sure that one board alone answers.
+    ///
+    /// # Errors
+    /// None does, or several do, which have the same id.
+    pub fn is_alone(&mut self) -> Result<(), RequestError> {
+        let serial = Address::new(index::IDENTITY, 4);
+        let Way::Can(node) = self.way else {
+            return self.read(serial, DataType::Unsigned32).map(|_| ());
+        };
+        let [low, high] = serial.index.to_le_bytes();
+        let head = [low, high, serial.subindex];
+        let request = [0x40, low, high, serial.subindex, 0, 0, 0, 0];
+        let mut count = 0;
+        // Each answer is counted, and none is the last.
+        self.exchange(node, request, ANSWER, |response| {
+            count += usize::from(response[1..4] == head);
+            false
+        })?;
+        match count {
+            // A frame was lost: ask again, in the usual way.
+            0 => self.read(serial, DataType::Unsigned32).map(|_| ()),
+            1 => Ok(()),
+            count => Err(RequestError::SameId {
+                foot: self.foot(),
+                count,
+            }),
         }
-        Err(RequestError::NoAnswer {
+    }
+
+    /// Makes sure that no other board has the id that this one gets; over a serial line, nobody knows.
+    ///
+    /// # Errors
+    /// One has.
+    pub(super) fn is_free(&mut self, node: NodeId) -> Result<(), RequestError> {
+        if self.node().is_none_or(|own| own == node) {
+            return Ok(());
+        }
+        let taken = self.listen(SCAN, |heard| {
+            // A robot reports loads to feet that are not there, too.
+            let is_load = matches!(heard.said, Said::Load(_));
+            (heard.foot.node == Some(node.get()) && !is_load).then_some(())
+        })?;
+        if taken.is_none() {
+            return Ok(());
+        }
+        Err(RequestError::Taken {
             foot: self.foot(),
-            what: format!("{}, asked {TRIES} times", what()),
+            node,
         })
     }
 
-    fn request_serial(
-        &mut self,
-        address: Address,
-        value: Option<Value>,
-        answer: Duration,
-    ) -> Result<Option<Came>, RequestError> {
-        let message = match value {
-            None => Message::ConfigGet(ConfigGet { address }),
-            Some(value) => Message::ConfigSet(ConfigSet {
-                address,
-                value: value.into(),
-            }),
-        };
-        self.send_message(&message)?;
-        self.listen(answer, |heard| match &heard.said {
-            Said::Answer(ConfigResponse {
-                address: of,
-                answer,
-            }) if *of == address => Some(match answer {
-                Answer::Value(bytes) => Came::Bytes(bytes.as_bytes().to_vec()),
-                Answer::Done => Came::Done,
-                Answer::Refused(reason) => Came::Refused(*reason),
-            }),
-            _ => None,
-        })
-    }
-
-    fn send_message(&mut self, message: &Message) -> Result<(), RequestError> {
-        self.sequence = self.sequence.wrapping_add(1);
-        let bytes = encode(self.sequence, message).as_bytes().to_vec();
-        Ok(self.link.send(&Sending::Bytes { port: None, bytes })?)
-    }
-
-    fn request_sdo(
-        &mut self,
-        node: NodeId,
-        address: Address,
-        value: Option<Value>,
-        answer: Duration,
-    ) -> Result<Option<Came>, RequestError> {
-        let [low, high] = address.index.to_le_bytes();
-        let (command, data) = match value {
-            None => (0x40, [0; 4]),
-            // Expedited, with the number of bytes that are not used.
-            Some(value) => {
-                let size = value.data_type().size().unwrap_or(4);
-                (0x23 | ((4 - size) as u8) << 2, value.to_raw().to_le_bytes())
-            }
-        };
-        let [a, b, c, d] = data;
-        let request = [command, low, high, address.subindex, a, b, c, d];
-        let Some(response) = self.exchange(node, request, answer, |r| {
-            r[1..4] == [low, high, address.subindex]
-        })?
-        else {
-            return Ok(None);
-        };
-        let [head, _, _, _, data @ ..] = response;
-        Ok(Some(match head >> 5 {
-            4 => {
-                let code = u32::from_le_bytes(data);
-                AbortCode::from_code(code).map_or(Came::Unknown(code), Came::Refused)
-            }
-            3 => Came::Done,
-            // An upload: expedited, or in segments.
-            2 if head & 2 != 0 => {
-                let length = 4 - usize::from(head >> 2 & 3);
-                Came::Bytes(data.get(..length).unwrap_or_default().to_vec())
-            }
-            _ => match self.segments(node, answer)? {
-                Some(bytes) => Came::Bytes(bytes),
-                None => return Ok(None),
-            },
-        }))
-    }
-
-    /// The segments of an upload.
-    fn segments(
-        &mut self,
-        node: NodeId,
-        answer: Duration,
-    ) -> Result<Option<Vec<u8>>, RequestError> {
-        let mut bytes = Vec::new();
-        let mut toggle = 0;
-        loop {
-            let request = [0x60 | toggle, 0, 0, 0, 0, 0, 0, 0];
-            let is_next =
-                |response: &[u8; 8]| response[0] >> 5 == 0 && response[0] & 0x10 == toggle;
-            let Some([head, data @ ..]) = self.exchange(node, request, answer, is_next)? else {
-                return Ok(None);
-            };
-            let length = 7 - usize::from(head >> 1 & 7);
-            bytes.extend_from_slice(data.get(..length).unwrap_or_default());
-            if head & 1 != 0 {
-                return Ok(Some(bytes));
-            }
-            toggle ^= 0x10;
-        }
-    }
-
-    fn exchange(
-        &mut self,
-        node: NodeId,
-        request: [u8; 8],
-        answer: Duration,
-        is_answer: impl Fn(&[u8; 8]) -> bool,
-    ) -> Result<Option<[u8; 8]>, RequestError> {
-        if let Some(frame) = CanFrame::new(node.cob_id(cob_id::SDO_REQUEST), &request) {
-            self.link.send(&Sending::Frame(frame))?;
-        }
-        let id = Some(node.get());
-        self.listen(answer, |heard| match &heard.said {
-            Said::Sdo(bytes) if heard.foot.node == id && is_answer(bytes) => Some(*bytes),
-            _ => None,
-        })
+    /// Waits. What arrives meanwhile is taken from the line, whose buffers would overflow.
+    ///
+    /// # Errors
+    /// The line does not work.
+    pub fn wait(&mut self, time: Duration) -> Result<(), RequestError> {
+        self.listen(time, |_| None::<()>).map(|_| ())
     }
 
     /// Listens for what `find` finds, `longest` at most.
-    fn listen<T>(
+    pub(super) fn listen<T>(
         &mut self,
         longest: Duration,
         mut find: impl FnMut(&Heard) -> Option<T>,
@@ -416,6 +348,8 @@ impl Client {
         while Instant::now() < end {
             take(self.link.as_mut(), &mut self.listener)?;
             while let Some(heard) = self.listener.next_heard() {
+                self.keep_emergency(&heard);
+                self.keep_clock(&heard);
                 if let Some(found) = find(&heard) {
                     return Ok(Some(found));
                 }
@@ -423,16 +357,54 @@ impl Client {
         }
         Ok(None)
     }
+
+    fn keep_emergency(&mut self, heard: &Heard) {
+        if let Said::Emergency(emergency) = &heard.said
+            && self.node().map(NodeId::get) == heard.foot.node
+        {
+            self.emergencies.truncate(MOST_EMERGENCIES - 1);
+            self.emergencies.push_front(*emergency);
+        }
+    }
+
+    /// Notes the foot's clock on a serial line; how often it went back is how often the foot has started again.
+    fn keep_clock(&mut self, heard: &Heard) {
+        if self.way != Way::Serial {
+            let is_own = self.node().map(NodeId::get) == heard.foot.node;
+            self.starts += u32::from(is_own && heard.said == Said::BootUp);
+            return;
+        }
+        let time = match &heard.said {
+            Said::Contact(row) => row.timestamp,
+            Said::Board(board) => board.timestamp,
+            Said::Raw(raw) => raw.timestamp,
+            _ => return,
+        };
+        let now_us = time.as_micros();
+        let newest_us = self.clock_us.replace(now_us).unwrap_or(now_us);
+        if newest_us > now_us.saturating_add(DISORDER_US) {
+            self.starts += 1;
+        } else {
+            self.clock_us = Some(newest_us.max(now_us));
+        }
+    }
+
+    /// How often the foot has started again since it was first heard.
+    pub(super) const fn starts(&self) -> u32 {
+        self.starts
+    }
+
+    /// Takes the emergencies of the foot since they were last taken, the newest first.
+    pub(super) fn take_emergencies(&mut self) -> VecDeque<Emergency> {
+        std::mem::take(&mut self.emergencies)
+    }
 }
 
 /// Hands what arrives to a listener.
 fn take(link: &mut dyn Link, listener: &mut Listener) -> Result<(), LinkError> {
     if let Some((at, arrival)) = link.receive(LISTEN)? {
-        match arrival {
-            Arrival::Frame { interface, frame } => listener.frame(&interface, &frame, at),
-            Arrival::Bytes { port, bytes } => listener.bytes(&port, &bytes, at),
-            Arrival::Estimate(_) | Arrival::Unreadable(_) => {}
-        }
+        // What is no frame is no answer.
+        arrival.hand_to(listener, at);
     }
     Ok(())
 }
@@ -477,14 +449,4 @@ fn named(address: Address) -> String {
     let Address { index, subindex } = address;
     let name = super::name::Named::at(address).map(|named| format!("{} ", named.name()));
     format!("{}(0x{index:04X}:{subindex})", name.unwrap_or_default())
-}
-
-/// The type of an object that is in the dictionary.
-#[must_use]
-pub fn type_of(address: Address) -> Option<DataType> {
-    match dictionary::find(address) {
-        Ok(dictionary::Place::Entry(entry, _)) => Some(entry.data_type()),
-        Ok(dictionary::Place::Highest(_)) => Some(DataType::Unsigned8),
-        Err(_) => None,
-    }
 }

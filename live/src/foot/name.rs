@@ -49,6 +49,26 @@ fn did_you_mean(near: &[String]) -> String {
     format!("; did you mean {}?", near.join(" or "))
 }
 
+/// How much alike two names are at least for one to be suggested for the other, from 0 to 1.
+const ALIKE: f64 = 0.8;
+
+/// The names that are most like `text`, or whose last part is, or that contain it: three at most.
+fn near(text: &str) -> Vec<String> {
+    let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
+    let likeness = |name: &str| {
+        let whole = strsim::normalized_damerau_levenshtein(name, text);
+        let parts = strsim::normalized_damerau_levenshtein(&last(name), &last(text));
+        let contained = if name.contains(text) { ALIKE } else { 0.0 };
+        whole.max(parts).max(contained)
+    };
+    let names = Named::all().map(|named| named.name());
+    let mut near: Vec<_> = names.map(|name| (likeness(&name), name)).collect();
+    near.retain(|(likeness, _)| *likeness >= ALIKE);
+    // Stable: where two are as much alike, the first in the dictionary comes first.
+    near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    near.into_iter().map(|(_, name)| name).take(3).collect()
+}
+
 /// A title as a part of a name: lower case, with `_` between words.
 fn part(title: &str) -> String {
     let letters = title.chars().map(|letter| match letter {
@@ -90,16 +110,9 @@ impl Named {
     pub fn find(text: &str) -> Result<Self, NameError> {
         let by_address = address(text).and_then(Self::at);
         let found = by_address.or_else(|| Self::all().find(|named| named.name() == text));
-        found.ok_or_else(|| {
-            let all = Self::all().map(|named| named.name());
-            let last = text.rsplit('.').next().unwrap_or(text);
-            let is_near = |name: &String| {
-                name.contains(text) || name.rsplit('.').next() == Some(last) && !last.is_empty()
-            };
-            NameError::Unknown {
-                name: text.to_owned(),
-                near: all.filter(is_near).take(3).collect(),
-            }
+        found.ok_or_else(|| NameError::Unknown {
+            name: text.to_owned(),
+            near: near(text),
         })
     }
 

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use thiserror::Error;
+use wire::dictionary::index;
 use wire::node::{Command, State};
-use wire::{AbortCode, Address, NodeId, Value};
+use wire::{AbortCode, Address, Foot, NodeId, Value};
 
 use super::client::{Client, RequestError};
 use super::name::{NameError, Named};
@@ -59,6 +60,19 @@ pub enum Undone {
     All,
     /// Some of both, until it is reset: nothing was stored.
     NotStored,
+    /// What was stored before.
+    NoneStored,
+    /// All new settings, and nobody knows whether they are stored.
+    Unknown,
+}
+
+/// How long settings that are written are to last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lasting {
+    /// Until the foot is reset.
+    UntilReset,
+    /// For good: all settings are stored.
+    Stored,
 }
 
 impl std::fmt::Display for Undone {
@@ -67,6 +81,10 @@ impl std::fmt::Display for Undone {
             Self::All => "all settings are as they were",
             Self::NotStored => {
                 "the foot has some of the new settings and some of the old until it is reset; none of the new are stored"
+            }
+            Self::NoneStored => "it has the settings that were stored before",
+            Self::Unknown => {
+                "the foot has the new settings; whether they are stored is seen after a reset"
             }
         })
     }
@@ -121,6 +139,8 @@ pub fn to_text(values: &Values, about: &str) -> String {
 /// The first line that is no setting.
 pub fn from_text(text: &str, node: Option<NodeId>) -> Result<Values, SettingsError> {
     let mut values = Values::new();
+    // As Windows writes it.
+    let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
     for (number, line) in (1..).zip(text.lines()) {
         let line = line.split('#').next().unwrap_or("").trim();
         if line.is_empty() {
@@ -160,42 +180,131 @@ pub fn differences(from: &Values, to: &Values) -> Vec<(Named, Value, Value)> {
     both.collect()
 }
 
-/// Writes settings that differ from those of the foot, all or none, and reads them back; nothing is
-/// stored. The foot does not stream meanwhile. Returns what was changed.
+/// The id of a foot with these settings from its next start on.
+fn node_of(settings: &Values) -> Option<NodeId> {
+    let number = |index| Some(settings.get(&Address::new(index, 0))?.to_raw());
+    let id = number(index::NODE_ID)?;
+    if id != 0 {
+        return NodeId::new(u8::try_from(id).ok()?);
+    }
+    let code = u8::try_from(number(index::FOOT)?).ok()?;
+    Foot::from_code(code).map(Foot::default_node_id)
+}
+
+/// Stores all settings, which are these: a foot that has started again meanwhile has others, so they are
+/// read back.
 ///
 /// # Errors
-/// They do not go together, or the foot does not take them: then what was written is put back.
+/// Another board has the id that the foot would have, the foot refuses it, does not answer, or has started
+/// again.
+fn store_these(client: &mut Client, settings: &Values) -> Result<(), RequestError> {
+    if let Some(node) = node_of(settings) {
+        client.is_free(node)?;
+    }
+    client.store()?;
+    if differences(settings, &read(client)?).is_empty() {
+        return Ok(());
+    }
+    Err(RequestError::StartedAgain {
+        foot: client.foot(),
+    })
+}
+
+/// Stores all settings as they are; the foot does not stream meanwhile.
+///
+/// # Errors
+/// Another board has the id that the foot would have, the foot refuses it, does not answer, or has started
+/// again.
+pub fn store(client: &mut Client) -> Result<(), RequestError> {
+    let settings = read(client)?;
+    store_these(client, &settings)
+}
+
+/// Has the foot forget what it has stored, and start again with its defaults: as the front left one.
+///
+/// # Errors
+/// Another board has the id of that foot, the foot refuses it, or does not come back.
+pub fn restore(client: &mut Client) -> Result<(), RequestError> {
+    let node = Foot::default().default_node_id();
+    client.is_free(node)?;
+    while_paused(client, Client::restore)?;
+    client.restart(Some(node))
+}
+
+/// Writes settings that differ from those of the foot, all or none, reads them back, and stores them
+/// where they are to last. The foot does not stream meanwhile. Returns what was changed.
+///
+/// # Errors
+/// They do not go together, or the foot does not take or store them: then what was written is put back.
 pub fn write(
     client: &mut Client,
     values: &Values,
+    lasting: Lasting,
 ) -> Result<Vec<(Named, Value, Value)>, SettingsError> {
     let before = read(client)?;
     let changes = differences(&before, values);
-    if changes.is_empty() {
+    if changes.is_empty() && lasting == Lasting::UntilReset {
         return Ok(changes);
     }
-    let after = paused(client)?;
+    let state = pause(client)?;
     if let Err(cause) = write_all(client, &changes) {
-        let undone = put_back(client, &changes, after);
+        let undone = put_back(client, &changes, state);
         return Err(with_undone(cause, undone));
     }
-    client.command(after)?;
+    if lasting == Lasting::Stored {
+        let mut settings = before;
+        settings.extend(
+            changes
+                .iter()
+                .map(|(named, _, value)| (named.address, *value)),
+        );
+        if let Err(cause) = store_these(client, &settings) {
+            let undone = match cause {
+                RequestError::NoAnswer { .. } | RequestError::Link(_) => Undone::Unknown,
+                RequestError::StartedAgain { .. } => {
+                    // It has begun by itself, in the state that its settings say.
+                    let _ = client.bring_to(state);
+                    Undone::NoneStored
+                }
+                _ => put_back(client, &changes, state),
+            };
+            return Err(SettingsError::NotTaken { cause, undone });
+        }
+    }
+    client.bring_to(state)?;
     Ok(changes)
 }
 
-/// Puts a foot into pre-operational state, in which it takes settings and does not stream; the command
-/// that brings it back to its state before.
+/// Puts a foot into pre-operational state, in which it takes settings and does not stream; returns the
+/// state before.
 ///
 /// # Errors
-/// It does not say in which state it is.
-pub fn paused(client: &mut Client) -> Result<Command, RequestError> {
-    let after = match client.state()? {
-        State::Operational => Command::StartRemoteNode,
-        State::Stopped => Command::StopRemoteNode,
-        State::Initialising | State::PreOperational => Command::EnterPreOperational,
-    };
+/// Several boards answer as this foot, or it does not say in which state it is.
+fn pause(client: &mut Client) -> Result<State, RequestError> {
+    client.is_alone()?;
+    let before = client.state()?;
     client.command(Command::EnterPreOperational)?;
-    Ok(after)
+    Ok(before)
+}
+
+/// Does something for which the foot must not stream, and brings it back to its state before.
+///
+/// # Errors
+/// What was done has failed, the foot has started again meanwhile, or does not say in which state it is.
+pub fn while_paused(
+    client: &mut Client,
+    action: impl FnOnce(&mut Client) -> Result<(), RequestError>,
+) -> Result<(), RequestError> {
+    let before = pause(client)?;
+    let starts = client.starts();
+    let done = action(client);
+    client.bring_to(before)?;
+    if done.is_ok() && client.starts() != starts {
+        return Err(RequestError::StartedAgain {
+            foot: client.foot(),
+        });
+    }
+    done
 }
 
 /// What went wrong while a foot was written.
@@ -272,13 +381,13 @@ fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(
 }
 
 /// Writes what there was before; what cannot be written is left.
-fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], after: Command) -> Undone {
+fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], state: State) -> Undone {
     let backwards: Vec<_> = changes
         .iter()
         .map(|(named, before, after)| (*named, *after, *before))
         .collect();
     let put_back = write_all(client, &backwards);
-    let started = client.command(after);
+    let started = client.bring_to(state);
     if put_back.is_ok() && started.is_ok() {
         Undone::All
     } else {

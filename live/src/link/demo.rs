@@ -4,15 +4,11 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use estimator_core::Timestamp;
-
 use super::pace::{Pace, Speed};
 use super::{Arrival, Arrived, Link, LinkError, Sending};
 use crate::robot::Robot;
+use crate::robot::board::INTERFACE;
 use crate::source::{Demo, DemoLine};
-
-/// What the CAN interface is called.
-pub const INTERFACE: &str = "can0";
 
 /// A robot that is connected.
 pub struct SimulatedFeet {
@@ -115,7 +111,3 @@ impl Link for SimulatedFeet {
         Ok(())
     }
 }
-
-/// The time that the clock of a robot begins with in logs, which need a date: the first of January
-/// 2021, µs.
-pub const EPOCH: Timestamp = Timestamp::from_micros(1_609_459_200_000_000);

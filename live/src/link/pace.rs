@@ -19,12 +19,15 @@ impl Speed {
     pub const REAL: Self = Self::Times(1.0);
 
     /// What texts are expected, for errors.
-    pub const EXPECTED: &'static str = "a number above 0, or max,";
+    pub const EXPECTED: &'static str = "a number from 0.001, or max,";
 
-    /// So many times as fast as it happened; `None` where that is no number above 0.
+    /// The slowest: a second takes a quarter of an hour.
+    const SLOWEST: f64 = 0.001;
+
+    /// So many times as fast as it happened; `None` where that is below 0.001, or not a number.
     #[must_use]
     pub fn new(times: f64) -> Option<Self> {
-        (times > 0.0 && times.is_finite()).then_some(Self::Times(times))
+        (times >= Self::SLOWEST && times.is_finite()).then_some(Self::Times(times))
     }
 }
 

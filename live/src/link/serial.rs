@@ -23,6 +23,7 @@ pub(super) struct Port {
 impl Port {
     pub(super) fn open(name: &str, baud: u32) -> Result<Self, LinkError> {
         let mut port = SerialPort::open(name, baud).map_err(LinkError::device(name))?;
+        take_alone(&port).map_err(LinkError::device(name))?;
         port.set_write_timeout(WRITE_TIMEOUT)
             .map_err(LinkError::device(name))?;
         Ok(Self {
@@ -65,6 +66,31 @@ impl Port {
         let written = self.port.write_all(bytes);
         written.map_err(LinkError::device(&self.name))
     }
+}
+
+/// Keeps other programs from a port that they would take bytes from: those that ask, as footfall and pyserial's
+/// `exclusive` do. The lock ends with the port.
+#[cfg(unix)]
+fn take_alone(port: &SerialPort) -> io::Result<()> {
+    use rustix::fs::{FlockOperation, flock};
+    use rustix::io::Errno;
+
+    match flock(port, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(()),
+        Err(Errno::WOULDBLOCK) => Err(io::Error::new(
+            io::ErrorKind::ResourceBusy,
+            "another program has it open",
+        )),
+        // A system that has no locks for ports.
+        Err(Errno::NOTSUP | Errno::NOSYS | Errno::INVAL) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// The system opens a port for one program alone.
+#[cfg(not(unix))]
+fn take_alone(_: &SerialPort) -> io::Result<()> {
+    Ok(())
 }
 
 /// The serial line of a foot.

@@ -5,7 +5,6 @@
 //! | `t1118AABBCCDDEEFF0011` | a data frame with an 11-bit identifier: three digits, its length, its bytes |
 //! | `T`, `r`, `R`, `d`, `D`, `b`, `B` … | a frame with a 29-bit identifier, a remote frame or one of CAN FD, none of which feet send |
 //! | `C`, `S0` … `S8`, `O` | close, the rate of the bus, open |
-//! | `Z0` | frames without a time stamp |
 //!
 //! The adapter answers each with CR, or with BEL where it fails. Source: the protocol of Lawicel's
 //! CAN232, as can-utils' `slcand` and python-can's `slcan` speak it.
@@ -153,7 +152,6 @@ impl Adapter {
         // The first line may end garbage, and a bus that is closed already cannot be closed.
         adapter.port.write(b"\r\r\rC\r")?;
         adapter.drain(Duration::from_millis(50))?;
-        // By default, adapters send no time stamps; not all know the command.
         adapter.command(&format!("S{}", rate.unwrap_or(SLCAN_RATES_KBIT.len() - 1)))?;
         adapter.command("O")?;
         Ok(adapter)

@@ -3,26 +3,34 @@
 use std::pin::pin;
 use std::task::{Context, Waker};
 
-use estimator_core::Timestamp;
+use estimator_core::{Timestamp, Validity};
 use firmware::commands::UartReceiver;
 use firmware::ports::{Input, Reloaded, Request};
-use firmware::sampling::{Activity, Measurement, Tick};
+use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
 use firmware::storage::{Erase, Origin, Storage};
 use firmware::{Foot, Ports, Start};
+use gait::control::MOST_FEET;
 use gait::record::TICK_US;
 use gait::{Plan, SensorParams, Walked, Walking};
 use wire::dictionary::index;
 use wire::node::BootCause;
-use wire::{Address, CanFrame, Foot as Position, NodeId, Settings, Value};
+use wire::{Address, CanFrame, Fault, Foot as Position, NodeId, Settings, Value};
 
+use super::board;
 use super::flash::{Flash, SIZE};
 use crate::source::DemoLine;
 
+/// How long the sensor's self-test takes, ticks: less than the board's own, whose waits are longer.
+const SELF_TEST_TICKS: u32 = 300;
+
+/// How much faster than the robot's clock those of the feet run, ppm; a crystal is allowed 30.
+const CLOCKS_PPM: [f64; MOST_FEET] = [0.0, 18.0, -11.0, 25.0, -27.0, 7.0];
+
+/// How much earlier than the one before it each foot was switched on, µs.
+const SWITCHED_ON_US: i64 = 137_000;
+
 /// How long a plan is that a foot walks before it begins the next, s.
 const PLAN_S: f64 = 1800.0;
-
-/// The value of the load's source for RPDO1.
-const LOAD_OVER_CAN: Value = Value::U8(2);
 
 /// A foot.
 pub(super) struct SimulatedFoot {
@@ -30,14 +38,36 @@ pub(super) struct SimulatedFoot {
     walk: Walk,
     program: Program,
     storage: Storage<Flash>,
+    clock: OwnClock,
     serial: u32,
     receiver: UartReceiver,
+    /// What its sensor's self-test finds, as the detail of the fault.
+    failing_axes: u32,
+}
+
+/// The clock of a foot: it begins with each start of the board, and its crystal is not that of others.
+struct OwnClock {
+    /// The robot's time at which it began, µs; before the robot's own for a foot that was on before.
+    began_us: i64,
+    ppm: f64,
+}
+
+impl OwnClock {
+    /// A time of the robot on this clock.
+    fn time(&self, robot: Timestamp) -> Timestamp {
+        let since_us = robot.as_micros() as i64 - self.began_us;
+        let gained_us = since_us as f64 * self.ppm * 1.0e-6;
+        Timestamp::from_micros((since_us + gained_us as i64).max(0) as u64)
+    }
 }
 
 /// What runs from one reset of the board to the next.
 struct Program {
     foot: Foot,
     ports: Ports,
+    /// Ticks for which the sensor's self-test still runs, and whether its result is still to be reported.
+    self_test_ticks: u32,
+    is_tested: bool,
 }
 
 /// A walk without end: one plan after the other, on the same sensor.
@@ -91,23 +121,35 @@ fn walking(seed: u64, round: u64, phase_s: f64) -> (Walking, u64) {
 
 impl SimulatedFoot {
     /// A foot that has just been switched on, with its place and its line among its settings.
-    pub(super) fn new(position: Position, line: DemoLine, seed: u64, phase_s: f64) -> Self {
+    /// `index` counts the feet of a robot from 0.
+    pub(super) fn new(
+        index: usize,
+        position: Position,
+        line: DemoLine,
+        seed: u64,
+        phase_s: f64,
+    ) -> Self {
         let mut storage = Storage::new(Flash::blank(), &(0..SIZE as u32))
             .unwrap_or_else(|_| unreachable!("there are two whole pages"));
-        let mut settings = Settings::default();
-        let mut set = |index, sub, value| {
-            let set = settings.set(Address::new(index, sub), value);
+        let mut settings = board::settings();
+        let mut set = |object, sub, value| {
+            let set = settings.set(Address::new(object, sub), value);
             debug_assert_eq!(set, Ok(()), "the dictionary has this value");
         };
         set(index::FOOT, 0, Value::U8(position.code()));
-        set(index::LOAD_INPUT, 1, LOAD_OVER_CAN);
         if line == DemoLine::Uart {
             set(index::UART_STREAMS, 2, Value::U16(1));
         }
         let stored = storage.store(&settings, Erase::Allowed);
         debug_assert_eq!(stored, Ok(()), "blank flash takes a record");
         let serial = 0xF007_0000 + u32::from(position.code());
+        let clock = OwnClock {
+            began_us: -(index as i64) * SWITCHED_ON_US,
+            ppm: CLOCKS_PPM.get(index).copied().unwrap_or_default(),
+        };
         Self {
+            clock,
+            failing_axes: 0,
             position,
             walk: Walk::new(seed, phase_s),
             program: Program::start(settings, serial, BootCause::PowerUp),
@@ -133,6 +175,7 @@ impl SimulatedFoot {
 
     /// Its CAN controller receives a frame.
     pub(super) fn receive(&mut self, frame: CanFrame, at: Timestamp) {
+        let at = self.clock.time(at);
         self.put(Input::Can(frame, at), Input::CanLost(1));
     }
 
@@ -155,30 +198,55 @@ impl SimulatedFoot {
         }
     }
 
-    /// A millisecond that begins at `now_us`.
-    pub(super) fn tick(&mut self, now_us: u64, walked: &Walked) {
+    /// From its next self-test on, these axes fail: bit *i* is axis *i*.
+    pub(super) const fn fail_self_test(&mut self, axes: u32) {
+        self.failing_axes = axes;
+    }
+
+    /// A millisecond that begins at `now`.
+    pub(super) fn tick(&mut self, now: Timestamp, walked: &Walked) {
+        let edge = self.clock.time(walked.imu.timestamp);
         let tick = Tick {
-            time: Timestamp::from_micros(now_us),
-            edge: Some(walked.imu.timestamp),
+            time: self.clock.time(now),
+            edge: Some(edge),
             ..Tick::default()
         };
-        let measurement = Measurement {
-            sample: walked.imu,
-            raw: walked.raw,
-            activity: Activity::Measuring,
-            fault: None,
-            saturated_for_long: false,
-            restarts: 0,
-        };
-        let Program { foot, ports } = &mut self.program;
+        let measurement = self.measure(edge, walked);
+        let Program { foot, ports, .. } = &mut self.program;
         foot.tick(&tick, &measurement, None, ports);
         while let Some(request) = self.program.ports.try_next_request() {
-            self.serve(request);
+            self.serve(request, now);
         }
     }
 
+    fn measure(&mut self, edge: Timestamp, walked: &Walked) -> Measurement {
+        let Program {
+            self_test_ticks,
+            is_tested,
+            ..
+        } = &mut self.program;
+        let mut sample = walked.imu;
+        sample.timestamp = edge;
+        if *self_test_ticks > 0 {
+            *self_test_ticks -= 1;
+            sample.validity = Validity::Invalid;
+            return Measurement {
+                activity: Activity::SelfTest,
+                ..board::measurement(sample, None)
+            };
+        }
+        let mut measurement = board::measurement(sample, walked.raw);
+        if std::mem::take(is_tested) && self.failing_axes != 0 {
+            measurement.fault = Some(SensorFault {
+                fault: Fault::SensorSelfTest,
+                detail: self.failing_axes,
+            });
+        }
+        measurement
+    }
+
     /// Does what the board's thread level does.
-    fn serve(&mut self, request: Request) {
+    fn serve(&mut self, request: Request, now: Timestamp) {
         let ports = &self.program.ports;
         match request {
             Request::Store(settings, erase) => {
@@ -205,6 +273,7 @@ impl SimulatedFoot {
             Request::Reset => {
                 let (settings, origin) = self.storage.load();
                 self.receiver = UartReceiver::new();
+                self.clock.began_us = now.as_micros() as i64;
                 self.program = Program::start(settings, self.serial, BootCause::Commanded);
                 debug_assert_ne!(origin, Origin::Corrupted, "its flash keeps what is written");
             }
@@ -229,15 +298,16 @@ impl SimulatedFoot {
 impl Program {
     fn start(settings: Settings, serial: u32, cause: BootCause) -> Self {
         let start = Start {
-            serial,
             cause,
-            brown_out_level: 3,
-            ..Start::default()
+            ..board::switched_on(serial)
         };
+        let is_tested = settings.self_test();
         let foot = Foot::new(settings, start);
         Self {
             foot: foot.unwrap_or_else(|_| unreachable!("stored settings fit each other")),
             ports: Ports::new(),
+            self_test_ticks: if is_tested { SELF_TEST_TICKS } else { 0 },
+            is_tested,
         }
     }
 }

@@ -74,7 +74,7 @@ pub use loaded::{Hints, Loaded, Repairs};
 pub use magic::no_log;
 pub use mapping::Mapping;
 pub use options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Times, Units};
-pub use rate::rate_of_times;
+pub use rate::{TimesSoFar, rate_of_times};
 pub use refusal::ContainerError;
 pub use stored::{About, Stored};
 pub use table::recording_name;

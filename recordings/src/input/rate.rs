@@ -36,11 +36,33 @@ pub(super) fn sample_rate(
 /// # Errors
 /// They differ by more than 1 %, or neither tells.
 pub fn rate_of_times(times_us: &[i64], given: Option<f32>) -> Result<f32, InputError> {
-    let mut steps = Steps::default();
-    for pair in times_us.windows(2) {
-        steps.add(pair[0].abs_diff(pair[1]));
+    let mut times = TimesSoFar::default();
+    times_us.iter().for_each(|time_us| times.add(*time_us));
+    times.rate(given)
+}
+
+/// Times that advance, as they come, and the rate in them.
+#[derive(Default)]
+pub struct TimesSoFar {
+    steps: Steps,
+    newest_us: Option<i64>,
+}
+
+impl TimesSoFar {
+    /// Takes in the next time, µs.
+    pub fn add(&mut self, time_us: i64) {
+        if let Some(before_us) = self.newest_us.replace(time_us) {
+            self.steps.add(before_us.abs_diff(time_us));
+        }
     }
-    sample_rate(&steps, given, "t")
+
+    /// The sample rate in Hz of the times, and that which is given where there is one, as of a column `t`.
+    ///
+    /// # Errors
+    /// They differ by more than 1 %, or neither tells.
+    pub fn rate(&self, given: Option<f32>) -> Result<f32, InputError> {
+        sample_rate(&self.steps, given, "t")
+    }
 }
 
 fn agree(measured: f64, given: f32) -> bool {

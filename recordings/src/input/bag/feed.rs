@@ -7,6 +7,7 @@ use super::super::loaded::{Hints, imu_sample};
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::rows::{Rows, Source};
 use super::super::stored::Stored;
+use super::beside::Known;
 use super::cdr::decode;
 use super::load::{Clock, LoadSeries, OLDEST_US};
 use super::messages::Imu;
@@ -62,10 +63,10 @@ impl Feed {
         self.log_us = Some((first.min(now_us), last.max(now_us)));
     }
 
-    /// Takes in a message that was counted.
+    /// Takes in a message that was counted, with the time when it was written and what is known beside it.
     pub(super) fn take(
         &mut self,
-        log_ns: i64,
+        (log_ns, known_beside): (i64, Known),
         payload: &[u8],
         load: Option<&LoadSeries>,
         hints: &Hints,
@@ -111,11 +112,11 @@ impl Feed {
             imu: imu_sample(
                 Timestamp::default(),
                 readings,
-                Validity::Valid,
+                known_beside.validity.unwrap_or(Validity::Valid),
                 &hints.correction,
             ),
             load: load.flatten().map(Load),
-            label: None,
+            label: known_beside.label,
         };
         if self.log_failed.is_some() {
             return Ok(());

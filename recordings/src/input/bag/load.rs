@@ -164,9 +164,6 @@ impl LoadSeries {
             number: self.messages,
             what,
         })?;
-        if !value.is_finite() {
-            return Ok(());
-        }
         self.by_log.push((micros(log_ns), value as f32));
         match (&mut self.by_stamp, stamp_us) {
             (Some(by_stamp), Some(stamp_us)) => by_stamp.push((stamp_us, value as f32)),
@@ -192,7 +189,8 @@ impl LoadSeries {
         }
     }
 
-    /// The last value at a time or before it, unless it is older than [`OLDEST_US`].
+    /// The last value at a time or before it, unless it is older than [`OLDEST_US`] or no number, which says
+    /// that there is no load.
     pub(super) fn at(&self, time_us: i64, clock: Clock) -> Option<f32> {
         let values = match (clock, &self.by_stamp) {
             (Clock::Stamp, Some(by_stamp)) => by_stamp,
@@ -200,7 +198,7 @@ impl LoadSeries {
         };
         let after = values.partition_point(|(time, _)| *time <= time_us);
         let (time, value) = values.get(after.checked_sub(1)?)?;
-        (time_us.abs_diff(*time) <= OLDEST_US.unsigned_abs()).then_some(*value)
+        (time_us.abs_diff(*time) <= OLDEST_US.unsigned_abs() && value.is_finite()).then_some(*value)
     }
 }
 

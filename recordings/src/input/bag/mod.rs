@@ -6,11 +6,13 @@
 //! | bytes become a message | `cdr`, `messages` |
 //! | the messages of a topic become the rows of a foot | `feed` |
 //! | the load of a foot is that of another topic | `load` |
+//! | validities and labels have topics beside that of the samples | `beside` |
 //! | what feet are called | `feet` |
 //!
 //! A bag is passed over once, and twice where it has loads: they may be stored after the samples
 //! that they belong to. Its memory is that of the longest record and of the loads.
 
+mod beside;
 mod cdr;
 mod feed;
 mod feet;
@@ -28,6 +30,7 @@ use super::open::Container;
 use super::refusal::{ContainerError, ImuTopic};
 use super::stored::Stored;
 use super::topics::Topics;
+use beside::{Beside, is_beside};
 use feed::{Feed, Name};
 use load::LoadSeries;
 use messages::Imu;
@@ -50,6 +53,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         order: &feet,
         feeds: Vec::new(),
         others: Vec::new(),
+        beside: Beside::default(),
         failed: None,
     };
     let endings = visit(&mut container.parts, &file, &mut reader)?;
@@ -195,6 +199,7 @@ struct Reader<'a> {
     feeds: Vec<Feed>,
     /// All other topics.
     others: Vec<Channel>,
+    beside: Beside,
     /// What is wrong with the topic that may be the only one.
     failed: Option<InputError>,
 }
@@ -205,7 +210,11 @@ impl Visitor for Reader<'_> {
             if !self.others.contains(channel) {
                 self.others.push(channel.clone());
             }
-            return Interest::Unwanted;
+            return if is_beside(channel) {
+                Interest::Wanted
+            } else {
+                Interest::Unwanted
+            };
         }
         if !self.feeds.iter().any(|feed| feed.topic == channel.topic) {
             self.feeds
@@ -225,8 +234,10 @@ impl Visitor for Reader<'_> {
             .iter()
             .position(|feed| feed.topic == channel.topic)
         else {
+            self.beside.take(channel, log_ns, payload);
             return Ok(());
         };
+        let known = self.beside.of(&channel.topic, log_ns);
         self.feeds[at].count(log_ns);
         let filled = |feed: &&Feed| feed.messages > 0;
         let is_wanted = match &self.hints.bag.topics {
@@ -240,7 +251,7 @@ impl Visitor for Reader<'_> {
         }
         let foot = self.order.iter().position(|name| *name == channel.topic);
         let load = foot.and_then(|foot| self.loads.get(foot));
-        let taken = self.feeds[at].take(log_ns, payload, load, self.hints, self.file);
+        let taken = self.feeds[at].take((log_ns, known), payload, load, self.hints, self.file);
         match (taken, &self.hints.bag.topics) {
             (Err(error), Topics::TheOnly) => {
                 self.failed = self.failed.take().or(Some(error));

@@ -1,0 +1,272 @@
+//! `footfall convert`: a recording in another format.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use analysis::config::{Preset, parse_seconds};
+use analysis::replay::span::Span;
+use clap::Args;
+use estimator_core::Gravity;
+use estimator_core::params::LoadParams;
+use recordings::input::{Format, Hints, InputError, TimesSoFar};
+use recordings::plausible::{Check, Finding};
+use recordings::recording::RecordedSample;
+use ros::Topics;
+
+use super::headings::{INPUT, OUTPUT};
+use super::recording::{self, Configuration, ReadingArguments, with_mounting};
+use crate::convert::{Bag, Foot, Form, each, write_table};
+use crate::error::Error;
+use crate::files::{OutputError, STANDARD, write_file};
+use crate::messages::{aside, warn};
+use crate::progress::{self, Bars};
+use crate::report::print_text;
+use crate::targets::{self, Target};
+
+/// What `footfall convert` takes.
+#[derive(Debug, Args)]
+pub struct ConvertArguments {
+    /// The recording, in any format that `footfall replay` reads; `-` is standard input
+    pub input: PathBuf,
+    /// What it becomes: its name ends in .csv, .csv.gz, .parquet or .mcap; `-` is standard output
+    pub output: PathBuf,
+    /// How it is read.
+    #[command(flatten)]
+    pub reading: ReadingArguments,
+    /// Leave out what comes before this time since the first sample
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
+    pub from: Option<f64>,
+    /// Stop at this time since the first sample
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
+    pub to: Option<f64>,
+    /// What it becomes, where the name does not say it
+    #[arg(long = "as", value_name = "FORMAT", help_heading = OUTPUT)]
+    pub form: Option<Form>,
+    /// Replace a file of this name
+    #[arg(long, help_heading = OUTPUT)]
+    pub overwrite: bool,
+}
+
+/// What is known of a foot after a look at its samples.
+struct Looked {
+    samples: u64,
+    has_load: bool,
+    /// Options without which what is written is read otherwise.
+    options: Vec<String>,
+}
+
+impl ConvertArguments {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let span = recording::span(self.from, self.to)?;
+        let form = self.form()?;
+        let file = self.input.display().to_string();
+        let opened = progress::open(&self.input, self.reading.format, &Bars::default())?;
+        let format = opened.format();
+        let hints = self.reading.hints(&Configuration::default())?;
+        let stored = opened.store_all(&hints)?;
+        let longest_s = stored
+            .iter()
+            .map(|stored| stored.about.duration_s())
+            .fold(0.0, f64::max);
+        if let Some(from) = self.from.filter(|from| *from > longest_s) {
+            return Err(Error::BeyondTheEnd {
+                file,
+                from,
+                duration: longest_s,
+            });
+        }
+        let mut feet: Vec<Foot> = Vec::new();
+        for stored in stored {
+            stored.about.notices.iter().for_each(warn);
+            let name = stored.about.foot.as_ref().unwrap_or(&stored.about.name);
+            let name = unlike(name, &feet);
+            feet.push(Foot { name, stored });
+        }
+        if feet.len() > 1 && !form.holds_several() {
+            let feet = feet.into_iter().map(|foot| foot.name).collect();
+            return Err(Error::OneFootOnly { file, feet });
+        }
+        let mut looked = Vec::new();
+        for foot in &mut feet {
+            let (looked_at, findings) =
+                look(foot, span, &hints).map_err(|source| InputError::Spool {
+                    file: file.clone(),
+                    source,
+                })?;
+            self.reading.report(&file, &findings)?;
+            looked.push(looked_at);
+        }
+        if looked.iter().all(|looked| looked.samples == 0) {
+            return Err(Error::NothingInSpan { file });
+        }
+        let bag = self.write(form, &mut feet, &looked, span)?;
+        let has_loads = looked.iter().any(|looked| looked.has_load);
+        let thresholds = thresholds(format).filter(|_| has_loads);
+        self.say(&feet, &looked, bag.as_ref(), thresholds)
+    }
+
+    /// What it becomes, where that can be written.
+    fn form(&self) -> Result<Form, OutputError> {
+        let output = self.output.as_path();
+        let named = || output.display().to_string();
+        let form = self.form.or_else(|| Form::of(output));
+        let form = form.ok_or_else(|| OutputError::Extension {
+            file: named(),
+            kind: "recordings are CSV, Parquet or bags",
+            expected: Form::ENDINGS.to_owned(),
+        })?;
+        let target = Target::Samples(output);
+        targets::check(std::slice::from_ref(&self.input), &[target])?;
+        let is_there = if form == Form::Rosbag2 {
+            output.exists()
+        } else {
+            output.is_file() && !self.overwrite
+        };
+        if is_there {
+            let file = named();
+            return Err(match form {
+                Form::Rosbag2 => OutputError::NotReplaced { file },
+                _ => OutputError::Exists { file },
+            });
+        }
+        if form == Form::Rosbag2 && output == Path::new(STANDARD) {
+            return Err(OutputError::NoStdout);
+        }
+        Ok(form)
+    }
+
+    fn write(
+        &self,
+        form: Form,
+        feet: &mut [Foot],
+        looked: &[Looked],
+        span: Span,
+    ) -> Result<Option<Bag>, Error> {
+        let path = self.output.as_path();
+        if !form.holds_several() {
+            for foot in feet {
+                write_file(path, |to| write_table(form, &mut foot.stored, span, to))?;
+            }
+            return Ok(None);
+        }
+        let file = path.display().to_string();
+        let has_loads = looked.iter().any(|looked| looked.has_load);
+        let Some(bag) = Bag::new(feet, has_loads) else {
+            return Err(OutputError::TooLate { file }.into());
+        };
+        if form == Form::Mcap {
+            write_file(path, |to| bag.write_mcap(feet, span, to))?;
+        } else {
+            let written = bag.write_rosbag2(feet, span, path);
+            written.map_err(|source| OutputError::Unwritable { file, source })?;
+        }
+        if bag.shift_us != 0 {
+            warn(format!(
+                "{}: times of a bag begin after 1970-01-01 00:00:00, so all are {} s later than in {}",
+                path.display(),
+                bag.shift_us / 1_000_000,
+                self.input.display()
+            ));
+        }
+        Ok(Some(bag))
+    }
+
+    /// Says what was written and how it is read.
+    fn say(
+        &self,
+        feet: &[Foot],
+        looked: &[Looked],
+        bag: Option<&Bag>,
+        thresholds: Option<LoadParams>,
+    ) -> Result<(), Error> {
+        let output = self.output.display();
+        let counts: Vec<String> = feet
+            .iter()
+            .zip(looked)
+            .map(|(foot, looked)| format!("{} samples of {}", looked.samples, foot.name))
+            .collect();
+        let mut options: Vec<String> = Vec::new();
+        if feet.len() > 1 {
+            options.push("--topic all".to_owned());
+        }
+        if let Some(bag) = bag.filter(|bag| bag.has_loads) {
+            // For all topics they are by the names of the feet's topics.
+            let mut topics: Vec<&Topics> = bag.topics.iter().collect();
+            topics.sort_by(|a, b| a.imu.cmp(&b.imu));
+            options.extend(
+                topics
+                    .iter()
+                    .map(|topics| format!("--load-topic {}", topics.load)),
+            );
+        }
+        for option in looked.iter().flat_map(|looked| &looked.options) {
+            if !options.contains(option) {
+                options.push(option.clone());
+            }
+        }
+        let mut text = format!("wrote {output}: {}\n", counts.join(", "));
+        if !options.is_empty() {
+            text += &format!("read it with {}\n", options.join(" "));
+        }
+        if let Some(LoadParams {
+            on_threshold,
+            off_threshold,
+        }) = thresholds
+        {
+            text += &format!(
+                "and a configuration file with\n\
+                 load = {{ on_threshold = {on_threshold:?}, off_threshold = {off_threshold:?} }}\n"
+            );
+        }
+        if self.output == Path::new(STANDARD) {
+            aside(text.trim_end());
+            return Ok(());
+        }
+        print_text(&text).map_err(Error::Print)
+    }
+}
+
+/// The thresholds of the load that recordings of a format have by default, where those of what is written are
+/// others.
+fn thresholds(format: Format) -> Option<LoadParams> {
+    let of = |format| Preset::default().params(format).load;
+    Some(of(format)).filter(|load| *load != of(Format::Csv))
+}
+
+/// A name of a foot whose topics no foot before it has.
+fn unlike(name: &str, feet: &[Foot]) -> String {
+    let is_free = |name: &String| {
+        let topics = Topics::of(name);
+        feet.iter().all(|foot| Topics::of(&foot.name) != topics)
+    };
+    let numbered = (2..).map(|number: u32| format!("{name}_{number}"));
+    let mut names = std::iter::once(name.to_owned()).chain(numbered);
+    names.find(is_free).unwrap_or_else(|| name.to_owned())
+}
+
+/// Looks at the samples that are converted: what is not plausible about them, and what is not in them.
+fn look(foot: &mut Foot, span: Span, hints: &Hints) -> io::Result<(Looked, Vec<Finding>)> {
+    let about = foot.stored.about.clone();
+    let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
+    let mut times = TimesSoFar::default();
+    let mut looked = Looked {
+        samples: 0,
+        has_load: false,
+        options: Vec::new(),
+    };
+    each(&mut foot.stored, span, |sample: &RecordedSample| {
+        check.add(sample);
+        let micros = i64::try_from(sample.imu.timestamp.as_micros());
+        times.add(micros.unwrap_or(i64::MAX));
+        looked.samples += 1;
+        looked.has_load |= sample.load.is_some();
+    })?;
+    if about.gravity == Gravity::Removed {
+        looked.options.push("--gravity removed".to_owned());
+    }
+    if times.rate(None).ok() != Some(about.sample_rate) {
+        let rate = about.sample_rate;
+        looked.options.push(format!("--sample-rate {rate}"));
+    }
+    Ok((looked, with_mounting(check.findings(), hints)))
+}

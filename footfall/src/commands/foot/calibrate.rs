@@ -1,0 +1,134 @@
+//! `footfall foot … calibrate`: what the foot has learnt of its stillness and motion, kept over power-off.
+
+use std::time::{Duration, Instant};
+
+use live::foot::{Client, Named, RequestError, calibration};
+use serde_json::{Map, Value as Json, json};
+use wire::node::{Calibration, CalibrationState};
+
+use super::{FootArguments, FootError};
+use crate::files::finish_when_interrupted;
+use crate::messages;
+
+/// From one look at the foot to the next.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// From one line about the progress to the next.
+const LINE: Duration = Duration::from_secs(2);
+
+/// What the foot has and has learnt.
+struct Found {
+    /// Numbers of object 0x2120, by name.
+    learnt: Vec<(Named, f32)>,
+    /// Those of object 0x2017.
+    correction: Vec<(Named, f32)>,
+    gyroscope_bias_rad_s: [Option<f32>; 3],
+}
+
+impl FootArguments {
+    /// Waits until the foot has learnt enough, `seconds` at most, and has it keep that.
+    pub(super) fn calibrate(&self, client: &mut Client, seconds: f64) -> Result<String, FootError> {
+        let end = Instant::now() + Duration::from_secs_f64(seconds);
+        let mut next_line = Instant::now();
+        loop {
+            match calibration::state(client)? {
+                CalibrationState::Frozen => return Err(FootError::LearnsNothing),
+                CalibrationState::Settled => break,
+                CalibrationState::Settling => {}
+            }
+            let is_over = Instant::now() >= end;
+            if is_over || Instant::now() >= next_line {
+                let seen = seen(&calibration::numbers(client)?);
+                if is_over {
+                    return Err(FootError::NotSettled { seconds, seen });
+                }
+                messages::aside(format!("let the foot walk: {seen}\n"));
+                next_line = Instant::now() + LINE;
+            }
+            client.wait(LOOK)?;
+        }
+        // Ended in the middle, the foot would not stream.
+        finish_when_interrupted();
+        calibration::store(client, Calibration::Keep)?;
+        let found = Found::read(client)?;
+        Ok(if self.json {
+            format!("{:#}\n", found.json())
+        } else {
+            found.text()
+        })
+    }
+}
+
+/// How much the foot has seen.
+fn seen(learnt: &[(Named, f32)]) -> String {
+    let seconds = |part: &str| {
+        let of_part = learnt.iter().find(|(named, _)| last_part(named) == part);
+        of_part.map_or(0.0, |(_, seconds)| *seconds)
+    };
+    format!(
+        "{:.1} s of stillness and {:.1} s of motion seen",
+        seconds("stillness_learnt_from"),
+        seconds("motion_learnt_from")
+    )
+}
+
+fn last_part(named: &Named) -> String {
+    let name = named.name();
+    name.rsplit('.').next().unwrap_or(&name).to_owned()
+}
+
+impl Found {
+    fn read(client: &mut Client) -> Result<Self, RequestError> {
+        Ok(Self {
+            learnt: calibration::numbers(client)?,
+            correction: calibration::correction(client)?,
+            gyroscope_bias_rad_s: calibration::gyroscope_bias_rad_s(client)?,
+        })
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::from("kept and stored\n");
+        for (named, value) in &self.learnt {
+            // Amplitudes are kept as logarithms; a person reads the amplitude.
+            let (value, unit) = match named.entry.unit.as_str() {
+                "ln(m/s²)" => (value.exp(), "m/s²"),
+                "ln(rad/s)" => (value.exp(), "rad/s"),
+                unit => (*value, unit),
+            };
+            text.push_str(&line(&last_part(named), value, unit));
+        }
+        for (axis, bias) in ["x", "y", "z"].into_iter().zip(self.gyroscope_bias_rad_s) {
+            let name = format!("gyroscope_bias_{axis}");
+            text.push_str(&match bias {
+                Some(bias) => line(&name, bias.to_degrees(), "°/s"),
+                None => format!("{name:<24} not known yet\n"),
+            });
+        }
+        for (named, value) in &self.correction {
+            let name = format!("accelerometer_{}", last_part(named));
+            text.push_str(&line(&name, *value, named.entry.unit.as_str()));
+        }
+        text
+    }
+
+    fn json(&self) -> Json {
+        let numbers = |numbers: &[(Named, f32)]| {
+            let pairs = numbers
+                .iter()
+                .map(|(named, value)| (last_part(named), json!(value)));
+            Json::Object(pairs.collect::<Map<_, _>>())
+        };
+        json!({
+            "learnt": numbers(&self.learnt),
+            "accelerometer_correction": numbers(&self.correction),
+            "gyroscope_bias_rad_s": self.gyroscope_bias_rad_s,
+        })
+    }
+}
+
+fn line(name: &str, value: f32, unit: &str) -> String {
+    format!("{name:<24} {value:.4} {unit}")
+        .trim_end()
+        .to_owned()
+        + "\n"
+}

@@ -1,0 +1,319 @@
+//! `footfall foot`: one foot, asked and set over its line.
+//!
+//! | what | file |
+//! |---|---|
+//! | what can be done, and how | this one |
+//! | what is shown, as text and as JSON | `show` |
+//! | calibration: what the foot has learnt | `calibrate` |
+//! | the clocks of several feet | `sync` |
+//! | what can go wrong | `error` |
+
+mod calibrate;
+mod error;
+mod show;
+mod sync;
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use decode::live::Listener;
+use live::Source;
+use live::foot::Named;
+use live::foot::calibration;
+use live::foot::client::{self, Client, RequestError};
+use live::foot::position;
+use live::foot::self_test::{self, Verdict};
+use live::foot::settings::{self, Lasting, Values};
+use live::link::{self, pace::Speed};
+use wire::dictionary::index;
+use wire::node::Calibration;
+use wire::{Address, NodeId};
+
+use super::decode::parse_node;
+use super::monitor::SOURCES;
+use crate::error::Error;
+use crate::files::{finish_when_interrupted, write_file};
+use crate::report::print_text;
+use crate::targets::{self, Target};
+
+pub use error::FootError;
+pub use show::{FootChanges, FootInfo, FootScan, FootValues};
+
+/// What `footfall foot` takes.
+#[derive(Debug, Args)]
+pub struct FootArguments {
+    /// Where the foot is.
+    #[arg(help = SOURCES)]
+    pub source: Source,
+    /// Which node of a CAN bus, 1 to 127; may be left out where there is only one foot
+    #[arg(long, value_name = "ID", value_parser = parse_node, global = true)]
+    pub node: Option<NodeId>,
+    /// Print JSON
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// What to do with it.
+    #[command(subcommand)]
+    pub action: Action,
+}
+
+/// What can be done with a foot.
+#[derive(Debug, Subcommand)]
+pub enum Action {
+    /// List the feet that are heard
+    Scan,
+    /// Show which foot it is, its program, its stage and its faults
+    Info,
+    /// Show objects by name or by address, such as 0x2012:1; all settings where none is named
+    Get {
+        /// The objects
+        #[arg(value_name = "half_width.ax")]
+        names: Vec<String>,
+    },
+    /// Change settings, such as decision.threshold=0.6, all or none; they are lost at a reset unless
+    /// they are saved. The foot does not stream meanwhile
+    Set {
+        /// The settings
+        #[arg(required = true, value_name = "NAME=VALUE")]
+        settings: Vec<String>,
+        /// Store all settings afterwards
+        #[arg(long)]
+        save: bool,
+    },
+    /// Store all settings, so that they outlast power-off
+    Save,
+    /// Forget the stored settings and reset the foot: it has its defaults then
+    Restore,
+    /// Show how the settings differ from the defaults, or from those in a file
+    Diff {
+        /// The file
+        file: Option<PathBuf>,
+    },
+    /// Write all settings to a file
+    Export {
+        /// The file, .txt; - is standard output
+        file: PathBuf,
+    },
+    /// Write the settings of a file to the foot, all or none, read them back, and store them
+    Import {
+        /// The file
+        file: PathBuf,
+    },
+    /// Make the board this foot, such as FL, with that foot's node id, and store it. Connect one new
+    /// board at a time: all of them are FL
+    Id {
+        /// The foot: FL, FR, RL, RR, L or R
+        #[arg(value_parser = parse_position)]
+        foot: wire::Foot,
+    },
+    /// Let the foot walk until it has learnt its limits of stillness, show them, and have it keep them
+    Calibrate {
+        /// How long it may take, s
+        #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = parse_seconds, conflicts_with = "forget")]
+        seconds: f64,
+        /// Forget what was learnt instead: the foot starts as if it had learnt nothing
+        #[arg(long)]
+        forget: bool,
+    },
+    /// Run the sensor's self-test, for which the foot is reset and must not move: settings that are not
+    /// stored are lost
+    Selftest,
+    /// Show the offset and the drift of the clocks of all feet on a bus, by its SYNCs
+    Sync {
+        /// How long to listen, s
+        #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = parse_seconds)]
+        seconds: f64,
+        /// Send SYNCs, 100 a second, on a bus that has no master
+        #[arg(long)]
+        send: bool,
+    },
+    /// Reset the foot, as if it were switched on again
+    Reset,
+}
+
+impl Action {
+    /// Whether a foot is left in between where this is ended in the middle.
+    const fn is_whole(&self) -> bool {
+        match self {
+            Self::Set { .. }
+            | Self::Import { .. }
+            | Self::Save
+            | Self::Restore
+            | Self::Id { .. }
+            | Self::Selftest
+            | Self::Reset
+            | Self::Calibrate { forget: true, .. } => true,
+            Self::Scan
+            | Self::Info
+            | Self::Get { .. }
+            | Self::Diff { .. }
+            | Self::Export { .. }
+            | Self::Calibrate { .. }
+            | Self::Sync { .. } => false,
+        }
+    }
+}
+
+/// An hour: more is taken as a mistake.
+const MOST_SECONDS: f64 = 3600.0;
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    let seconds = seconds.filter(|seconds| *seconds > 0.0 && *seconds <= MOST_SECONDS);
+    seconds.ok_or_else(|| format!("write seconds above 0 and up to {MOST_SECONDS}"))
+}
+
+fn parse_position(text: &str) -> Result<wire::Foot, String> {
+    let foot = wire::Foot::ALL
+        .into_iter()
+        .find(|foot| foot.name().eq_ignore_ascii_case(text));
+    foot.ok_or_else(|| {
+        let names: Vec<_> = wire::Foot::ALL.iter().map(|foot| foot.name()).collect();
+        format!("write one of {}", names.join(", "))
+    })
+}
+
+impl FootArguments {
+    pub(super) fn run(self) -> Result<(), Error> {
+        if let Action::Export { file } = &self.action {
+            targets::check(&[], &[Target::Settings(file)])?;
+        }
+        let mut link = link::open(&self.source.clone().at_speed(Speed::REAL))?;
+        if let Action::Scan = self.action {
+            let mut listener = Listener::default();
+            let feet = client::feet(link.as_mut(), &mut listener, client::SCAN)?;
+            if feet.is_empty() {
+                return Err(FootError::from(RequestError::NoFoot).into());
+            }
+            return print_text(&self.feet(feet.iter(), &listener)).map_err(Error::Print);
+        }
+        if let Action::Sync { seconds, send } = self.action {
+            let text = self.sync(link.as_mut(), seconds, send)?;
+            return print_text(&text).map_err(Error::Print);
+        }
+        let mut client = Client::new(link, self.node).map_err(FootError::from)?;
+        let text = self.act(&mut client)?;
+        print_text(&text).map_err(Error::Print)
+    }
+
+    fn act(&self, client: &mut Client) -> Result<String, Error> {
+        let node = client.node();
+        if self.action.is_whole() {
+            // Ended in the middle, the foot would have some settings of both, and not stream.
+            finish_when_interrupted();
+        }
+        Ok(match &self.action {
+            // Have been done.
+            Action::Scan | Action::Sync { .. } => String::new(),
+            Action::Info => self.info(client).map_err(FootError::from)?,
+            Action::Get { names } => self.get(client, names)?,
+            Action::Set { settings, save } => {
+                let mut values = Values::new();
+                for setting in settings {
+                    let (name, value) = setting
+                        .split_once('=')
+                        .filter(|(name, _)| !name.trim().is_empty())
+                        .ok_or_else(|| FootError::NoSetting(setting.clone()))?;
+                    let named = Named::find(name).map_err(FootError::from)?;
+                    if !named.entry.is_setting() {
+                        return Err(FootError::NotWritable(named.name()).into());
+                    }
+                    let value = named.parse(value, node).map_err(FootError::from)?;
+                    if values.insert(named.address, value).is_some() {
+                        return Err(FootError::NamedTwice(named.name()).into());
+                    }
+                }
+                let lasting = if *save {
+                    Lasting::Stored
+                } else {
+                    Lasting::UntilReset
+                };
+                self.write(client, &values, lasting)?
+            }
+            Action::Save => {
+                settings::while_paused(client, settings::store).map_err(FootError::from)?;
+                "stored\n".to_owned()
+            }
+            Action::Restore => {
+                settings::restore(client).map_err(FootError::from)?;
+                "stored settings forgotten; the foot has started again with its defaults\n"
+                    .to_owned()
+            }
+            Action::Id { foot } => {
+                position::set(client, *foot).map_err(FootError::from)?;
+                self.info(client).map_err(FootError::from)?
+            }
+            Action::Calibrate { forget: true, .. } => {
+                calibration::store(client, Calibration::Forget).map_err(FootError::from)?;
+                "what was learnt is forgotten\n".to_owned()
+            }
+            Action::Calibrate { seconds, .. } => self.calibrate(client, *seconds)?,
+            Action::Selftest => match self_test::run(client).map_err(FootError::from)? {
+                Verdict::Passed => "the sensor has passed its self-test\n".to_owned(),
+                Verdict::Failed(axes) => return Err(FootError::TestFailed { axes }.into()),
+            },
+            Action::Diff { file } => {
+                let own = settings::read(client).map_err(FootError::from)?;
+                let other = match file {
+                    None => settings::defaults(node),
+                    Some(file) => read_file(file, node)?,
+                };
+                self.changes(&settings::differences(&other, &own))
+            }
+            Action::Export { file } => {
+                let own = settings::read(client).map_err(FootError::from)?;
+                let version = client.read_text(Address::new(index::SOFTWARE_VERSION, 0));
+                let version = version.map_err(FootError::from)?;
+                let about = format!(
+                    "settings of a foot, version {version}; footfall foot … import writes them"
+                );
+                let text = settings::to_text(&own, &about);
+                write_file(file, |to| to.write_all(text.as_bytes()))?;
+                String::new()
+            }
+            Action::Import { file } => {
+                let values = read_file(file, node)?;
+                self.write(client, &values, Lasting::Stored)?
+            }
+            Action::Reset => {
+                client.restart(None).map_err(FootError::from)?;
+                "the foot has started again\n".to_owned()
+            }
+        })
+    }
+
+    /// Writes settings, and stores them where they are to last.
+    fn write(
+        &self,
+        client: &mut Client,
+        values: &Values,
+        lasting: Lasting,
+    ) -> Result<String, Error> {
+        let changes = settings::write(client, values, lasting).map_err(FootError::from)?;
+        let mut text = self.changes(&changes);
+        if !self.json {
+            text.push_str(match (changes.is_empty(), lasting) {
+                (true, Lasting::UntilReset) => "nothing to change\n",
+                (true, Lasting::Stored) => "nothing to change; stored\n",
+                (false, Lasting::Stored) => "stored\n",
+                (false, Lasting::UntilReset) => {
+                    "not stored: footfall foot … save keeps them over a reset\n"
+                }
+            });
+        }
+        Ok(text)
+    }
+}
+
+fn read_file(path: &std::path::Path, node: Option<NodeId>) -> Result<Values, FootError> {
+    let error = |message: String| FootError::File {
+        file: path.display().to_string(),
+        message,
+    };
+    let text = fs::read_to_string(path).map_err(|e| error(e.to_string()))?;
+    let values = settings::from_text(&text, node).map_err(|e| error(e.to_string()))?;
+    if values.is_empty() {
+        return Err(error("it holds no setting".to_owned()));
+    }
+    Ok(values)
+}

@@ -1,0 +1,131 @@
+//! `footfall foot … sync`: the clocks of the feet of a bus on one another.
+
+use std::time::{Duration, Instant};
+
+use decode::live::{FootKey, Listener};
+use live::foot::RequestError;
+use live::foot::sync::Clocks;
+use live::{Arrival, Link, Sending};
+use serde_json::{Value as Json, json};
+use wire::CanFrame;
+use wire::foot::cob_id;
+use wire::pdo::LastSync;
+
+use super::{FootArguments, FootError};
+use crate::messages;
+
+/// From one SYNC to the next, where they are sent from here.
+const PERIOD: Duration = Duration::from_millis(10);
+
+/// How long to listen at once.
+const LISTEN: Duration = Duration::from_millis(2);
+
+/// How long a master is waited for: those of robots send SYNCs every 100 ms at least.
+const MASTER: Duration = Duration::from_millis(500);
+
+/// Whether somebody sends SYNCs already.
+fn has_sync(link: &mut dyn Link) -> Result<bool, FootError> {
+    let end = Instant::now() + MASTER;
+    while Instant::now() < end {
+        let received = link.receive(LISTEN).map_err(RequestError::from)?;
+        if let Some((_, Arrival::Frame { frame, .. })) = received
+            && frame.id() == cob_id::SYNC
+        {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+impl FootArguments {
+    /// Listens for `seconds`, and compares the clocks.
+    pub(super) fn sync(
+        &self,
+        link: &mut dyn Link,
+        seconds: f64,
+        send: bool,
+    ) -> Result<String, FootError> {
+        if send && has_sync(link)? {
+            return Err(FootError::HasSync);
+        }
+        let mut listener = Listener::default();
+        let mut clocks = Clocks::default();
+        let begin = Instant::now();
+        let end = begin + Duration::from_secs_f64(seconds);
+        let mut next = begin;
+        let mut number = 0;
+        while Instant::now() < end {
+            if send && Instant::now() >= next {
+                number = LastSync::number_after(number);
+                next += PERIOD;
+                if let Some(frame) = CanFrame::new(cob_id::SYNC, &[number]) {
+                    link.send(&Sending::Frame(frame))
+                        .map_err(RequestError::from)?;
+                    clocks.take_sync(Some(number));
+                }
+            }
+            let received = link.receive(LISTEN).map_err(RequestError::from)?;
+            if let Some((at, arrival)) = received {
+                if let Arrival::Frame { frame, .. } = &arrival
+                    && frame.id() == cob_id::SYNC
+                {
+                    let heard = frame.data().first().copied();
+                    // Some adapters give back what they send.
+                    let is_own = send && heard == Some(number);
+                    if !is_own {
+                        clocks.take_sync(heard);
+                    }
+                }
+                // What is no frame reports no SYNC.
+                arrival.hand_to(&mut listener, at);
+            }
+            while let Some(heard) = listener.next_heard() {
+                clocks.take(&heard);
+            }
+        }
+        if clocks.interruptions() > 0 {
+            let times = clocks.interruptions();
+            messages::warn(format!(
+                "feet started again, or were not heard, {times} times: what they reported before does not count"
+            ));
+        }
+        let (first, compared) = clocks.compare()?;
+        let name = |foot: &FootKey| {
+            let name = listener.name(foot).map(|name| name.to_string());
+            let node = foot.node.map(|node| format!("node {node}"));
+            name.or(node).unwrap_or_else(|| foot.line.to_string())
+        };
+        let reference = name(&first);
+        if self.json {
+            let feet = compared.iter().map(|compared| {
+                json!({
+                    "foot": name(&compared.foot),
+                    "offset_us": compared.offset_us,
+                    "offset_error_us": compared.offset_error_us,
+                    "drift_ppm": compared.drift_ppm,
+                    "drift_error_ppm": compared.drift_error_ppm,
+                    "syncs": compared.syncs,
+                    "span_s": compared.span_s,
+                })
+            });
+            let feet: Vec<Json> = feet.collect();
+            return Ok(format!(
+                "{:#}\n",
+                json!({ "reference": reference, "feet": feet })
+            ));
+        }
+        let lines = compared.iter().map(|compared| {
+            format!(
+                "{} − {reference}: {:+.3} ± {:.3} ms, drift {:+.1} ± {:.1} ppm ({} SYNCs in {:.1} s)\n",
+                name(&compared.foot),
+                compared.offset_us / 1000.0,
+                compared.offset_error_us / 1000.0,
+                compared.drift_ppm,
+                compared.drift_error_ppm,
+                compared.syncs,
+                compared.span_s,
+            )
+        });
+        Ok(lines.collect())
+    }
+}

@@ -1,0 +1,180 @@
+//! `footfall ros2`: feet that stream, as a node of ROS 2.
+
+use std::env;
+use std::fmt::Write;
+use std::net::{IpAddr, Ipv4Addr};
+
+use clap::{Args, ValueEnum};
+use live::link::pace::Speed;
+use live::{LinkError, Source};
+use ros::{AllFeet, Bridge, Compat, Message, Published};
+use ros_node::{FootNode, Options, Reliability};
+
+use super::monitor::SOURCES;
+use crate::error::Error;
+use crate::files::finish_when_interrupted;
+use crate::messages::warn;
+use crate::report::print_text;
+use crate::stream::{Sink, Stream, deadline};
+
+/// What `footfall ros2` takes.
+#[derive(Debug, Args)]
+pub struct Ros2Arguments {
+    /// Where the feet stream from.
+    #[arg(help = SOURCES)]
+    pub source: Source,
+    /// Publish all four feet in one message besides: for pronto their probabilities, for champ their
+    /// decisions
+    #[arg(long, value_name = "WHOSE")]
+    pub compat: Option<CompatOption>,
+    /// Whether messages that are lost on the network are sent again; subscribers that ask for reliable
+    /// messages get no others
+    #[arg(long, value_name = "QOS", default_value = "reliable")]
+    pub reliability: ReliabilityOption,
+    /// Messages of a topic that are kept for a subscriber
+    #[arg(long, value_name = "MESSAGES", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
+    pub depth: u16,
+    /// Frames of the messages; {foot} stands for the foot's name
+    #[arg(long, value_name = "FRAME", default_value = ros::topics::FRAME)]
+    pub frame_id: String,
+    /// Before the names of the node and of all topics but /diagnostics
+    #[arg(long, value_name = "NAMESPACE", default_value = "/")]
+    pub namespace: String,
+    /// Name of the node
+    #[arg(long, value_name = "NAME", default_value = "footfall")]
+    pub node_name: String,
+    /// Domain of DDS, 0 to 232
+    #[arg(long, value_name = "ID", env = "ROS_DOMAIN_ID", default_value_t = 0, value_parser = parse_domain)]
+    pub domain_id: u16,
+    /// The addresses of the interfaces that are used.
+    #[arg(
+        long,
+        value_name = "ADDRESS",
+        help = "Use the interface with this address alone, such as 127.0.0.1; may be given several times. \
+                ROS_LOCALHOST_ONLY=1 and ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST mean 127.0.0.1"
+    )]
+    pub network: Vec<IpAddr>,
+    /// Stop after this time; Ctrl-C stops it, too
+    #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
+    pub seconds: Option<f64>,
+}
+
+/// The highest domain: those above have ports beyond 65535.
+const LAST_DOMAIN: u16 = 232;
+
+/// Reads a domain. An empty text is what scripts set `ROS_DOMAIN_ID` to for none.
+fn parse_domain(text: &str) -> Result<u16, String> {
+    match text.parse() {
+        _ if text.is_empty() => Ok(0),
+        Ok(domain @ 0..=LAST_DOMAIN) => Ok(domain),
+        _ => Err(format!("{text} is not in 0..={LAST_DOMAIN}")),
+    }
+}
+
+/// The interfaces to use: those that were named, else what the variables of ROS say.
+fn networks(named: Vec<IpAddr>) -> Vec<IpAddr> {
+    let is = |variable, value| env::var(variable).is_ok_and(|text| text == value);
+    let stays_here =
+        is("ROS_LOCALHOST_ONLY", "1") || is("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+    if named.is_empty() && stays_here {
+        return vec![Ipv4Addr::LOCALHOST.into()];
+    }
+    named
+}
+
+/// Whose messages are published besides.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum CompatOption {
+    /// `pronto_msgs/msg/QuadrupedStance` on /footfall/stance
+    Pronto,
+    /// `champ_msgs/msg/ContactsStamped` on `/foot_contacts`
+    Champ,
+}
+
+/// Whether lost messages are sent again.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum ReliabilityOption {
+    /// They are
+    Reliable,
+    /// They are not
+    BestEffort,
+}
+
+/// A node, and what is made for others.
+struct Publishing {
+    node: FootNode,
+    all_feet: Option<AllFeet>,
+}
+
+impl Ros2Arguments {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let compat = self.compat.map(|compat| match compat {
+            CompatOption::Pronto => Compat::Pronto,
+            CompatOption::Champ => Compat::Champ,
+        });
+        let bridge = Bridge::new(&self.frame_id);
+        let options = Options {
+            domain_id: self.domain_id,
+            networks: networks(self.network),
+            namespace: self.namespace,
+            name: self.node_name,
+            reliability: match self.reliability {
+                ReliabilityOption::Reliable => Reliability::Reliable,
+                ReliabilityOption::BestEffort => Reliability::BestEffort,
+            },
+            depth: self.depth.into(),
+            source: self.source.to_string(),
+            frame_id: self.frame_id,
+            compat,
+        };
+        finish_when_interrupted();
+        let mut stream = Stream::with_bridge(self.source.at_speed(Speed::REAL), bridge);
+        stream.wait_until_open()?;
+        let mut publishing = Publishing {
+            node: FootNode::new(options)?,
+            all_feet: compat.map(AllFeet::new),
+        };
+        let ended = stream.run(deadline(self.seconds), &mut publishing)?;
+        stream.report();
+        publishing.finish()?;
+        match ended {
+            None | Some(LinkError::Ended(_)) => Ok(()),
+            Some(error) => Err(error.into()),
+        }
+    }
+}
+
+impl Sink for Publishing {
+    fn publish(&mut self, published: Published) -> Result<(), Error> {
+        let all_feet = match (&mut self.all_feet, &published.message) {
+            (Some(all_feet), Message::Contact(contact)) => all_feet.take(contact, published.at),
+            _ => None,
+        };
+        self.node.publish(published)?;
+        all_feet.map_or(Ok(()), |all_feet| Ok(self.node.publish(all_feet)?))
+    }
+
+    fn idle(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+impl Publishing {
+    /// Leaves; says what was sent and what was not.
+    fn finish(self) -> Result<(), Error> {
+        let counts = self.node.counts();
+        let mut text = String::new();
+        for (topic, count) in &counts {
+            // Writing to memory does not fail.
+            let _ = writeln!(text, "{:>9} {topic}", count.sent);
+        }
+        for (topic, count) in counts.iter().filter(|(_, count)| count.not_sent > 0) {
+            warn(format!(
+                "{topic}: {} messages were not sent: a reliable subscriber did not keep up",
+                count.not_sent
+            ));
+        }
+        self.node.finish();
+        print_text(&text).map_err(Error::Print)
+    }
+}

@@ -1,0 +1,192 @@
+//! Feet that stream, as messages: what `footfall record` writes, `footfall ros2` publishes and `footfall
+//! view` serves.
+
+use std::time::{Duration, Instant};
+
+use decode::Feet;
+use decode::live::Listener;
+use estimator_core::Timestamp;
+use live::feed::Fed;
+use live::{Arrival, Feed, LinkError, Source};
+use ros::{Bridge, Published};
+
+use crate::error::Error;
+use crate::files::is_interrupted;
+use crate::messages::warn;
+
+/// How long nothing arrives before [`Sink::idle`] is called.
+const QUIET: Duration = Duration::from_millis(200);
+
+/// Where messages go.
+pub trait Sink {
+    /// Takes a message.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    fn publish(&mut self, published: Published) -> Result<(), Error>;
+
+    /// Nothing has come for a while.
+    ///
+    /// # Errors
+    /// What waits cannot be written.
+    fn idle(&mut self) -> Result<(), Error>;
+}
+
+/// The longest time that can be given, s: thirty years.
+const LONGEST_S: f64 = 1.0e9;
+
+/// Reads after how many seconds a stream is to end.
+///
+/// # Errors
+/// A sentence that says how to write it.
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    seconds
+        .filter(|seconds| (0.0..=LONGEST_S).contains(seconds))
+        .ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
+}
+
+/// When a stream ends before its source does; an interruption always ends it.
+#[must_use]
+pub fn deadline(seconds: Option<f64>) -> Option<Instant> {
+    let time = Duration::try_from_secs_f64(seconds?).ok()?;
+    Instant::now().checked_add(time)
+}
+
+/// Whether that is now.
+#[must_use]
+pub fn is_over(deadline: Option<Instant>) -> bool {
+    is_interrupted() || deadline.is_some_and(|deadline| Instant::now() >= deadline)
+}
+
+/// Feet that stream.
+pub struct Stream {
+    feed: Feed,
+    listener: Listener,
+    bridge: Bridge,
+    unreadable: u64,
+    has_spoken: bool,
+}
+
+impl Stream {
+    /// Opens a source.
+    #[must_use]
+    pub fn open(source: Source) -> Self {
+        Self::with_bridge(source, Bridge::default())
+    }
+
+    /// Opens a source, whose messages a bridge of its own makes.
+    #[must_use]
+    pub fn with_bridge(source: Source, bridge: Bridge) -> Self {
+        Self {
+            feed: Feed::open(source),
+            listener: Listener::new(Feet::default()),
+            bridge,
+            unreadable: 0,
+            has_spoken: false,
+        }
+    }
+
+    /// Waits until the source is open, or is waited for: what is played can be read from then on.
+    ///
+    /// # Errors
+    /// It cannot.
+    pub fn wait_until_open(&mut self) -> Result<(), LinkError> {
+        while !is_interrupted() {
+            match self.feed.next(QUIET) {
+                Some(Fed::Ended(error)) => return Err(error),
+                Some(Fed::WaitsFor(error)) => {
+                    warn_of_waiting(&error);
+                    return Ok(());
+                }
+                Some(Fed::Opened) => return Ok(()),
+                // Neither comes before those above.
+                Some(Fed::Arrived(_) | Fed::NotSent(_)) | None => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands on all messages until the source ends, which is returned, or the time is over.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn run(
+        &mut self,
+        deadline: Option<Instant>,
+        sink: &mut impl Sink,
+    ) -> Result<Option<LinkError>, Error> {
+        let mut ended = None;
+        while ended.is_none() && !is_over(deadline) {
+            match self.feed.next(QUIET) {
+                Some(Fed::Arrived((at, arrival))) => self.take(at, arrival),
+                Some(Fed::WaitsFor(error)) => warn_of_waiting(&error),
+                Some(Fed::NotSent(error)) => warn(error),
+                Some(Fed::Opened) => {}
+                Some(Fed::Ended(error)) => ended = Some(error),
+                None => {
+                    self.listener.idle(live::link::now());
+                    self.hand_on(sink)?;
+                    sink.idle()?;
+                    continue;
+                }
+            }
+            self.hand_on(sink)?;
+        }
+        self.listener.finish();
+        self.hand_on(sink)?;
+        Ok(ended)
+    }
+
+    fn take(&mut self, at: Timestamp, arrival: Arrival) {
+        if arrival.hand_to(&mut self.listener, at).is_some() {
+            self.unreadable += 1;
+        }
+    }
+
+    fn hand_on(&mut self, sink: &mut impl Sink) -> Result<(), Error> {
+        while let Some(heard) = self.listener.next_heard() {
+            let name = self.listener.name(&heard.foot);
+            for published in self.bridge.messages(&heard, name.as_deref()) {
+                self.has_spoken = true;
+                sink.publish(published)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Says what was lost or could not be read.
+    pub fn report(&self) {
+        let reports = self.listener.reports();
+        let missing: u64 = reports.iter().map(|(_, report)| report.missing).sum();
+        let problems = reports.iter().flat_map(|(_, report)| &report.problems);
+        let problems: Vec<_> = problems
+            .map(|(name, count)| format!("{name} {count}"))
+            .collect();
+        if !self.has_spoken {
+            warn("no foot was heard");
+        }
+        if missing > 0 {
+            warn(format!("{missing} frames are missing, by their numbers"));
+        }
+        if !problems.is_empty() || self.unreadable > 0 {
+            let lines = format!("{} lines unreadable", self.unreadable);
+            warn(format!("{lines}; {}", problems.join(", ")));
+        }
+        warn_of_lost(&self.feed);
+    }
+}
+
+fn warn_of_waiting(error: &LinkError) {
+    warn(format!("{error}; waiting for it"));
+}
+
+/// Says how much this machine has lost, where it has.
+pub fn warn_of_lost(feed: &Feed) {
+    if feed.lost() > 0 {
+        warn(format!(
+            "{} arrivals were lost: this machine did not keep up",
+            feed.lost()
+        ));
+    }
+}

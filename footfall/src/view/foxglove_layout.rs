@@ -1,0 +1,103 @@
+//! Pages as a layout of Foxglove: a panel of tabs, each with the panels of a page in a column.
+
+use ros::topics::DIAGNOSTICS;
+use serde_json::{Map, Value, json};
+
+use super::pages::{Kind, Page, Panel};
+
+/// As many seconds are shown of what streams.
+const SHOWN_S: f64 = 10.0;
+
+/// The name of the panel that holds all others.
+const TABS: &str = "Tab!pages";
+
+/// The text of the file.
+#[must_use]
+pub fn layout(pages: &[Page]) -> String {
+    let mut panels = Map::new();
+    let mut tabs = Vec::new();
+    for (number, page) in pages.iter().enumerate() {
+        let mut names = Vec::new();
+        for (place, panel) in page.panels.iter().enumerate() {
+            let (kind, settings) = settings(panel);
+            let name = format!("{kind}!page{number}panel{place}");
+            panels.insert(name.clone(), settings);
+            names.push(name);
+        }
+        tabs.push(json!({"title": page.title, "layout": column(&names)}));
+    }
+    panels.insert(TABS.to_owned(), json!({"activeTabIdx": 0, "tabs": tabs}));
+    let layout = json!({
+        "configById": panels,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": TABS,
+    });
+    format!("{layout:#}\n")
+}
+
+/// Panels one below the other, all of one height.
+fn column(names: &[String]) -> Value {
+    match names {
+        [] => Value::Null,
+        [only] => json!(only),
+        [first, rest @ ..] => json!({
+            "direction": "column",
+            "first": first,
+            "second": column(rest),
+            "splitPercentage": 100.0 / names.len() as f64,
+        }),
+    }
+}
+
+/// The kind of a panel in Foxglove, and its settings.
+fn settings(panel: &Panel) -> (&'static str, Value) {
+    let paths: Vec<_> = panel
+        .curves
+        .iter()
+        .map(|curve| {
+            json!({
+                "value": format!("{}.{}", curve.topic, curve.field),
+                "label": curve.label,
+                "enabled": true,
+                "timestampMethod": "receiveTime",
+            })
+        })
+        .collect();
+    let title = &panel.title;
+    let mut plot = json!({
+        "foxglovePanelTitle": title,
+        "paths": paths,
+        "isSynced": true,
+        "xAxisVal": "timestamp",
+        "followingViewWidth": SHOWN_S,
+        "showLegend": true,
+        "legendDisplay": "floating",
+        "showXAxisLabels": true,
+        "showYAxisLabels": true,
+    });
+    match panel.kind {
+        Kind::Lines => ("Plot", plot),
+        Kind::Probabilities => {
+            plot["minYValue"] = json!(0);
+            plot["maxYValue"] = json!(1);
+            ("Plot", plot)
+        }
+        Kind::States => (
+            "StateTransitions",
+            json!({"foxglovePanelTitle": title, "paths": paths, "isSynced": true}),
+        ),
+        Kind::Diagnostics => (
+            "DiagnosticSummary",
+            json!({
+                "foxglovePanelTitle": title,
+                "topicToRender": DIAGNOSTICS,
+                "minLevel": 0,
+                "pinnedIds": [],
+                "hardwareIdFilter": "",
+                "sortByLevel": true,
+            }),
+        ),
+    }
+}

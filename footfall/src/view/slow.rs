@@ -1,0 +1,91 @@
+//! What the server notes for developers, as far as a user should know it: that a client takes less than is sent,
+//! which the server tells in no other way, and errors.
+
+use std::fmt::{self, Debug, Write};
+
+use tracing::field::{Field, Visit};
+use tracing::span::{Attributes, Id, Record};
+use tracing::subscriber::set_global_default;
+use tracing::{Event, Level, Metadata, Subscriber};
+
+use crate::messages::warn;
+
+/// How the server begins a note that messages are dropped; at most twice a minute, for all clients.
+const FULL: &str = "outbox for client ";
+
+/// From now on, the server's notes are heard.
+pub fn notice() {
+    // A program that this is a part of may hear them already.
+    let _ = set_global_default(Notes);
+}
+
+/// Hears notes.
+struct Notes;
+
+impl Subscriber for Notes {
+    fn enabled(&self, about: &Metadata<'_>) -> bool {
+        about.is_event() && about.target().starts_with("foxglove") && *about.level() <= Level::INFO
+    }
+
+    fn new_span(&self, _: &Attributes<'_>) -> Id {
+        // None is enabled.
+        Id::from_u64(1)
+    }
+
+    fn record(&self, _: &Id, _: &Record<'_>) {}
+
+    fn record_follows_from(&self, _: &Id, _: &Id) {}
+
+    fn event(&self, event: &Event<'_>) {
+        let mut text = Text::default();
+        event.record(&mut text);
+        if let Some(said) = what_to_say(*event.metadata().level(), &text.0) {
+            warn(said);
+        }
+    }
+
+    fn enter(&self, _: &Id) {}
+
+    fn exit(&self, _: &Id) {}
+}
+
+/// The warning that a note is worth, if any.
+fn what_to_say(level: Level, note: &str) -> Option<String> {
+    if let Some(rest) = note.strip_prefix(FULL) {
+        let client = rest.split_whitespace().next().unwrap_or_default();
+        return Some(format!(
+            "the viewer at {client} takes less than is sent: its oldest messages are dropped"
+        ));
+    }
+    (level == Level::ERROR).then(|| note.to_owned())
+}
+
+/// The words of a note.
+#[derive(Default)]
+struct Text(String);
+
+impl Visit for Text {
+    fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
+        if field.name() == "message" {
+            // Writing to memory does not fail.
+            let _: fmt::Result = write!(self.0, "{value:?}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_viewer_and_errors_are_said_and_nothing_else() {
+        assert_eq!(
+            what_to_say(Level::INFO, "outbox for client 127.0.0.1:9 full").as_deref(),
+            Some(
+                "the viewer at 127.0.0.1:9 takes less than is sent: its oldest messages are dropped"
+            )
+        );
+        assert_eq!(what_to_say(Level::INFO, "Started server"), None);
+        assert_eq!(what_to_say(Level::ERROR, "x").as_deref(), Some("x"));
+    }
+}

@@ -1,0 +1,300 @@
+//! `footfall convert`, as a whole program: an estimate from what it writes is that from what it reads.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{AXES, Bench, read, standing, text};
+use serde_json::Value;
+
+/// All that a recording can become.
+const TARGETS: [&str; 5] = ["b.csv", "b.csv.gz", "b.parquet", "b.mcap", "b --as rosbag2"];
+
+/// A walk in g and °/s, with a clock that begins before its trigger, samples that are no numbers, a load that is
+/// blank in between, and labels.
+fn logged() -> String {
+    let row = |k: u32| {
+        let t = -0.75 + f64::from(k) * 0.005;
+        let swing = f64::from(k % 200) / 200.0;
+        let shake = if swing > 0.6 {
+            (f64::from(k) * 1.7).sin()
+        } else {
+            0.0
+        };
+        let load = match (k / 100) % 4 {
+            0 => String::new(),
+            _ if k.is_multiple_of(7) => String::new(),
+            _ => format!("{:.3}", 300.0 * (1.0 - swing)),
+        };
+        let az = if k % 311 == 5 {
+            "nan".to_owned()
+        } else {
+            format!("{:.5}", 1.0 + 0.3 * shake)
+        };
+        let validity = ["valid", "stale", "gyroscope_saturated"]
+            [usize::from(k.is_multiple_of(97)) * (k as usize % 3)];
+        let label = ["0", "1", ""][(k / 50) as usize % 3];
+        format!(
+            "{t:.6},{:.5},0.01,{az},{:.4},0,{:.4},{load},{label},{validity}\n",
+            0.2 * shake,
+            40.0 * shake,
+            -12.5 * shake
+        )
+    };
+    let rows: String = (0..3000).map(row).collect();
+    format!("t,{AXES},force,label,validity\n{rows}")
+}
+
+/// The same without a header, a clock and units: 13 columns, 1 kHz, gravity removed.
+fn atlas() -> String {
+    let row = |k: u32| {
+        let shake = if k % 800 > 500 {
+            (f64::from(k) * 0.9).sin()
+        } else {
+            0.01 * (f64::from(k) * 3.1).cos()
+        };
+        let axis = |scale: f64| format!("{:.7}", scale * shake);
+        // The thresholds of this format are others than those of a table.
+        let wrench = format!("0,0,{},0,0,0", (k * 7) % 300);
+        let label = u32::from(k % 800 <= 500);
+        let [a, b, c, d, e, f] = [3.0, -2.0, 1.0, 0.5, -0.25, 0.125].map(axis);
+        format!("{wrench},{a},{b},{c},{d},{e},{f},{label}\n")
+    };
+    (0..4000).map(row).collect()
+}
+
+/// Recordings of each kind, and how they are read.
+fn sources(bench: &Bench) -> Vec<(&'static str, &'static str)> {
+    bench.stdout("demo --out demo");
+    bench.stdout("record demo:feet=2,line=uart,seconds=4 -o feet.mcap");
+    for (name, content) in [("logged.csv", logged()), ("atlas.txt", atlas())] {
+        fs::write(bench.path(name), content).expect("a file");
+    }
+    let indexed = "stamp;imu_acc_x;imu_acc_y;imu_acc_z;imu_gyro_x;imu_gyro_y;imu_gyro_z\n"
+        .to_owned()
+        + &(0..900)
+            .map(|k| {
+                format!(
+                    "2024-05-01 10:00:{:09.6};0.1;0;9.8;0;0.0{};0\n",
+                    f64::from(k) * 0.004,
+                    k % 9
+                )
+            })
+            .collect::<String>();
+    fs::write(bench.path("others.csv"), indexed).expect("a file");
+    vec![
+        ("demo/samples.csv", ""),
+        ("logged.csv", "--units g,dps --axes y,-x,z"),
+        ("atlas.txt", "--format pce-atlas"),
+        ("others.csv", "--map t=stamp --sample-rate 250.5"),
+        ("feet.mcap", "--topic /footfall/L/imu"),
+        ("feet.mcap", "--topic all"),
+    ]
+}
+
+/// The rows of a table of estimates: when they are, µs, and all else, bit for bit.
+fn rows(table: &str) -> Vec<(i64, String)> {
+    let mut lines = table.lines();
+    let header = lines.next().expect("a header");
+    let column = header.split(',').position(|name| name == "t");
+    let column = column.expect("times");
+    let row = |line: &str| {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        // A foot is called after its file and itself.
+        if header.starts_with("foot,") {
+            cells[0] = cells[0].rsplit(' ').next().expect("a name");
+        }
+        let time: f64 = cells.remove(column).parse().expect("a time");
+        ((time * 1.0e6).round() as i64, cells.join(","))
+    };
+    lines.map(row).collect()
+}
+
+/// Makes sure that two tables have the same rows, at times that are the same by whole seconds.
+fn assert_same(found: &str, expected: &str, what: &str) {
+    let (found, expected) = (rows(found), rows(expected));
+    assert_eq!(found.len(), expected.len(), "{what}");
+    let shift = found[0].0 - expected[0].0;
+    assert!(shift % 1_000_000 == 0 && shift >= 0, "{what}: {shift}");
+    for (found, expected) in found.iter().zip(&expected) {
+        assert_eq!(found.0, expected.0 + shift, "{what}");
+        assert_eq!(found.1, expected.1, "{what}");
+    }
+}
+
+/// The metrics of all feet, and how many samples they have.
+fn metrics(bench: &Bench, arguments: &str) -> Vec<(Value, Value)> {
+    let json = bench.stdout(&format!("--quiet replay {arguments} --json"));
+    let json: Value = serde_json::from_str(&json).expect("JSON");
+    let feet = json["recordings"].as_array().expect("recordings");
+    feet.iter()
+        .map(|foot| (foot["metrics"].clone(), foot["samples"].clone()))
+        .collect()
+}
+
+/// The options that a conversion says its result is read with.
+fn told(bench: &Bench, said: &str) -> String {
+    let line = said
+        .lines()
+        .find_map(|line| line.strip_prefix("read it with "));
+    let options = line.unwrap_or_default().to_owned();
+    match said.split_once("and a configuration file with\n") {
+        None => options,
+        Some((_, configuration)) => {
+            fs::write(bench.path("told.toml"), configuration).expect("a file");
+            options + " --config told.toml"
+        }
+    }
+}
+
+/// Removes what a conversion has written.
+fn forget(bench: &Bench, target: &str) {
+    let path = bench.path(target.split_whitespace().next().expect("a name"));
+    if path.is_dir() {
+        fs::remove_dir_all(path).expect("a folder");
+    } else {
+        fs::remove_file(path).expect("a file");
+    }
+}
+
+#[test]
+fn estimates_from_what_is_written_are_those_from_what_is_read() {
+    let bench = Bench::new();
+    for (source, options) in sources(&bench) {
+        let expected = bench.stdout(&format!("--quiet replay {source} {options} --output -"));
+        let scores = metrics(&bench, &format!("{source} {options}"));
+        let is_alone = scores.len() == 1;
+        for target in TARGETS {
+            let what = format!("{source} {options}, {target}");
+            if !is_alone && !target.contains("mcap") && !target.contains("rosbag2") {
+                let said = bench.error(&format!("--quiet convert {source} {target} {options}"));
+                assert!(
+                    said.contains("choose one with --topic, or write .mcap"),
+                    "{said}"
+                );
+                continue;
+            }
+            let said = bench.stdout(&format!("--quiet convert {source} {target} {options}"));
+            let name = target.split_whitespace().next().expect("a name");
+            let reading = format!("{name} {}", told(&bench, &said));
+            assert_eq!(
+                reading.contains("told.toml"),
+                source == "atlas.txt",
+                "{said}"
+            );
+            let found = bench.stdout(&format!("--quiet replay {reading} --output -"));
+            assert_same(&found, &expected, &what);
+            assert_eq!(metrics(&bench, &reading), scores, "{what}");
+            if is_alone {
+                // And back: the same table as from the source itself.
+                let table = |arguments: &str| {
+                    let said = bench.stdout(&format!("--quiet convert {arguments} - "));
+                    assert!(said.starts_with("t,ax,"), "{said}");
+                    said
+                };
+                let direct = table(&format!("{source} {options}"));
+                let reading = reading.replace("--config told.toml", "");
+                assert_same(&table(&reading), &direct, &what);
+            }
+            forget(&bench, target);
+        }
+    }
+}
+
+#[test]
+fn a_part_is_cut_out_at_the_times_that_it_had() {
+    let bench = Bench::with("walk.csv", standing());
+    bench.stdout("convert walk.csv part.csv --from 0.25 --to 0.5");
+    let part = read(&bench.path("part.csv"));
+    let mut rows = part.lines();
+    assert_eq!(
+        rows.next(),
+        Some("t,ax,ay,az,wx,wy,wz,force,label,validity")
+    );
+    assert_eq!(rows.next(), Some("0.250000,0,0,9.81,0,0,0,50,1,"));
+    assert_eq!(rows.next_back(), Some("0.499000,0,0,9.81,0,0,0,50,1,"));
+    assert_eq!(part.lines().count(), 251);
+    let late = bench.error("convert walk.csv late.csv --from 5");
+    assert!(late.contains("--from 5 is beyond its end"), "{late}");
+    let none = bench.error("convert walk.csv none.csv --from 0.5 --to 0.5");
+    assert!(none.contains("does not come after"), "{none}");
+}
+
+#[test]
+fn what_cannot_be_written_is_refused_before_anything_is() {
+    let bench = Bench::with("walk.csv", standing());
+    fs::write(bench.path("there.mcap"), "precious").expect("a file");
+    fs::create_dir(bench.path("folder")).expect("a folder");
+    fs::write(bench.path("g.csv"), standing().replace("9.81", "1")).expect("a file");
+    let late = standing().lines().last().expect("a row").to_owned();
+    let (_, values) = late.split_once(',').expect("a time");
+    let gap = format!("{}20,{values}\n20.001,{values}\n", standing());
+    fs::write(bench.path("gap.csv"), gap).expect("a file");
+    let before = bench.files();
+    for (arguments, expected) in [
+        (
+            "walk.csv there.mcap",
+            "there.mcap is there already: name another file, or add --overwrite",
+        ),
+        (
+            "walk.csv folder --as rosbag2",
+            "folder cannot be written: it is a directory",
+        ),
+        (
+            "walk.csv there.mcap --as rosbag2 --overwrite",
+            "there.mcap is there already, and a folder replaces nothing: name another",
+        ),
+        (
+            "gap.csv part.mcap --from 5 --to 15",
+            "gap.csv: there is no sample from --from to --to",
+        ),
+        ("walk.csv folder/x/y.csv", "there is no directory folder/x"),
+        (
+            "walk.csv walk.csv --overwrite",
+            "it is the recording itself",
+        ),
+        (
+            "walk.csv walk.db3",
+            "must end in .csv, .csv.gz, .parquet or .mcap; or add --as, such as --as rosbag2",
+        ),
+        (
+            "walk.csv - --as rosbag2",
+            "a rosbag2 is a folder, which cannot go to standard output",
+        ),
+        (
+            "g.csv strict.csv --strict",
+            "--strict does not let 1 of the above pass",
+        ),
+        ("absent.csv x.csv", "absent.csv cannot be read"),
+    ] {
+        let said = bench.error(&format!("convert {arguments}"));
+        assert!(said.contains(expected), "{arguments}: {said}");
+        assert_eq!(bench.files(), before, "{arguments}");
+    }
+    assert_eq!(read(&bench.path("there.mcap")), "precious");
+    bench.stdout("convert walk.csv there.mcap --overwrite");
+    assert!(
+        fs::read(bench.path("there.mcap"))
+            .expect("a bag")
+            .starts_with(b"\x89MCAP0")
+    );
+    assert!(!bench.files().iter().any(|name| name.ends_with(".part")));
+    let piped = bench.run("convert walk.csv - --as mcap").stdout;
+    assert!(piped == fs::read(bench.path("there.mcap")).expect("a bag"));
+}
+
+#[test]
+fn a_clock_that_does_not_count_from_1970_is_moved_for_a_bag_and_that_is_said() {
+    let bench = Bench::with("walk.csv", standing());
+    let output = bench.run("convert walk.csv walk.mcap");
+    assert!(
+        text(&output.stderr).contains("all are 1 s later than in walk.csv"),
+        "{output:?}"
+    );
+    let late = "t,ax,ay,az,wx,wy,wz\n3000000000,0,0,9.8,0,0,0\n3000000000.01,0,0,9.8,0,0,0\n";
+    fs::write(bench.path("late.csv"), late).expect("a file");
+    let said = bench.error("convert late.csv late.mcap");
+    assert!(said.contains("no times after 2038"), "{said}");
+    assert!(!Path::new(&bench.path("late.mcap")).exists());
+}

@@ -1,0 +1,89 @@
+//! What programs of others are given, on all that the foot of the demo sends: the decoder in C,
+//! `wire/c`, and the example of a consumer in Rust, `wire/examples/listen.rs`.
+
+#[path = "../../wire/tests/c/compare.rs"]
+mod compare;
+#[allow(dead_code, reason = "its `main` calls what is called here")]
+#[path = "../../wire/examples/listen.rs"]
+mod listen;
+
+use compare::{Language, Program, Sanitizers, committed, readme_program};
+use footfall::walking_foot::{Transmission, walk};
+use gait::plan::DEMO_SEED;
+use gait::{Plan, SensorParams, simulate};
+use wire::{Foot, Pdo};
+
+fn demo() -> Transmission {
+    let simulation = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
+    walk(&simulation).expect("the default settings")
+}
+
+#[test]
+fn c_and_cpp_decode_the_demo_as_rust_does() {
+    let sent = demo();
+    let frames: Vec<(u32, Vec<u8>)> = sent
+        .can
+        .iter()
+        .map(|logged| (logged.frame.id().into(), logged.frame.data().to_vec()))
+        .collect();
+    for (name, language) in [("demo_c11", Language::C11), ("demo_cpp17", Language::Cpp17)] {
+        let program = Program::build(name, &committed(), language, Sanitizers::Off);
+        let program = program.expect("it compiles without a warning");
+        let can = program.compare_can(&frames).expect("the same of the log");
+        for pdo in Pdo::ALL {
+            let kind = pdo.name().to_lowercase();
+            let id = pdo.cob_id(Foot::default().default_node_id());
+            let sent = frames.iter().filter(|(of, _)| *of == u32::from(id)).count();
+            assert_eq!(can.get(&kind), Some(&sent), "{kind}: {can:?}");
+        }
+        let serial = program.compare_serial(&sent.uart);
+        let serial = serial.expect("the same of the serial line");
+        assert_eq!(
+            serial.get("contact"),
+            Some(&sent.estimates.len()),
+            "{serial:?}"
+        );
+        assert!(
+            !serial.keys().any(|kind| kind.starts_with("result")),
+            "{serial:?}"
+        );
+    }
+}
+
+/// Checks lines of P and phase against what the foot has estimated; `foot` is what stands before.
+fn assert_estimates(printed: &str, foot: &str, sent: &Transmission) {
+    assert_eq!(printed.lines().count(), sent.estimates.len());
+    for (line, estimate) in printed.lines().zip(&sent.estimates) {
+        let (p, phase) = line
+            .strip_prefix(foot)
+            .and_then(|line| line.split_once(' '))
+            .expect("foot, P and phase");
+        assert_eq!(phase, estimate.phase.name(), "{line}");
+        let error = p.parse::<f32>().expect("a number") - estimate.probabilities.stable;
+        assert!(error.abs() < 1.0e-4, "{line} is {error} off");
+    }
+}
+
+#[test]
+fn the_example_in_rust_prints_what_the_foot_has_estimated() {
+    let sent = demo();
+    let others = "nonsense\n(1.0) can0 191#R\n(1.0) can0 191#FF\n(1.0) can0 11#00\n";
+    let mut printed = Vec::new();
+    listen::print((sent.can_log() + others).as_bytes(), &mut printed).expect("memory");
+    let printed = String::from_utf8(printed).expect("text");
+    assert_estimates(&printed, "FL ", &sent);
+}
+
+#[test]
+fn the_program_in_c_of_the_readme_prints_what_the_foot_has_estimated() {
+    let sent = demo();
+    let program = Program::build_of(
+        "readme",
+        &committed(),
+        &readme_program(),
+        Language::C11,
+        Sanitizers::Off,
+    );
+    let printed = program.expect("it compiles").print("bin", &sent.uart);
+    assert_estimates(&printed.expect("it ends well"), "", &sent);
+}

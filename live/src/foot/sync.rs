@@ -1,0 +1,388 @@
+//! The clocks of several feet on one another, from what each reports of the SYNCs on their bus.
+//!
+//! A SYNC reaches all feet at the same moment, and each says in its health frame when it came, on its own
+//! clock in steps of 10 µs. Where two feet have reported the same SYNC, the difference is the offset of
+//! their clocks; where they report others, it lies between two SYNCs that were reported. A line through
+//! all differences is offset and drift.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use decode::live::{FootKey, Heard, Said};
+use thiserror::Error;
+use wire::pdo::{LastSync, TIME_STEP_US};
+
+/// As many SYNCs are remembered to find the one that a report is of: as there are numbers.
+const REMEMBERED: usize = LastSync::HIGHEST_NUMBER as usize;
+
+/// How long a foot may report nothing, in steps of its clock: a second.
+const LONGEST_GAP: i64 = 100_000;
+
+/// The least number of differences that make a line with an error.
+const LEAST: usize = 5;
+
+/// What a foot has reported.
+#[derive(Clone, Debug, Default)]
+struct Reported {
+    /// When the newest came, in steps of the foot's clock, counted on beyond 2³².
+    newest: Option<i64>,
+    /// Steps of the clock by SYNCs, counted from the first that was heard.
+    syncs: BTreeMap<u64, i64>,
+}
+
+/// What the feet of one bus have reported.
+#[derive(Clone, Debug, Default)]
+pub struct Clocks {
+    feet: BTreeMap<FootKey, Reported>,
+    /// The newest SYNCs on the bus: their numbers, and which they are since the first that was heard.
+    heard: VecDeque<(u8, u64)>,
+    has_sync_without_number: bool,
+    /// How often a number was neither the next nor the first.
+    leaps_back: u64,
+    interruptions: u64,
+}
+
+/// The clock of a foot on that of another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// The foot.
+    pub foot: FootKey,
+    /// What is to be added to the other's clock for that of this foot, in the middle of the time, µs.
+    pub offset_us: f64,
+    /// By how much the offset may be wrong: twice its standard error, and not less than a step, µs.
+    pub offset_error_us: f64,
+    /// How much faster this foot's clock runs, in parts per million.
+    pub drift_ppm: f64,
+    /// By how much the drift may be wrong, as for the offset.
+    pub drift_error_ppm: f64,
+    /// How many SYNCs that rests on.
+    pub syncs: usize,
+    /// How long that was observed, s.
+    pub span_s: f64,
+}
+
+/// Why clocks cannot be compared.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum SyncError {
+    /// There are not two feet.
+    #[error("the clocks of two feet are compared; feet that reported a SYNC: {0}")]
+    TooFew(usize),
+    /// SYNCs have no numbers.
+    #[error(
+        "the SYNCs on this bus have no numbers: the master has to count them (its object 0x1019, synchronous counter overflow value, 240)"
+    )]
+    NoNumbers,
+    /// Numbers of SYNCs go back.
+    #[error(
+        "the numbers of the SYNCs on this bus go back in between: does more than one master send them?"
+    )]
+    SeveralMasters,
+    /// There are no SYNCs.
+    #[error("there are no SYNCs on this bus: start its master, or have them sent with --send")]
+    NoSync,
+    /// There are too few.
+    #[error("too few SYNCs were reported: {0} where {LEAST} are needed; listen for longer")]
+    TooShort(usize),
+}
+
+impl Clocks {
+    /// Takes in a SYNC on the bus, with its number where it has one. A master counts to 240 or to less,
+    /// and begins again with 1.
+    pub fn take_sync(&mut self, number: Option<u8>) {
+        let Some(number) = number.filter(|number| *number > 0) else {
+            self.has_sync_without_number = true;
+            return;
+        };
+        let index = match self.heard.back() {
+            None => 0,
+            // One that was not heard leaves a gap.
+            Some((last, index)) if number > *last => index + u64::from(number - last),
+            Some((_, index)) => {
+                self.leaps_back += u64::from(number != 1);
+                index + 1
+            }
+        };
+        if self.heard.len() == REMEMBERED {
+            self.heard.pop_front();
+        }
+        self.heard.push_back((number, index));
+    }
+
+    /// Takes in what a foot said.
+    pub fn take(&mut self, heard: &Heard) {
+        match &heard.said {
+            Said::Health(health) => self.report(&heard.foot, health.sync),
+            // Its clock begins again.
+            Said::BootUp => self.forget(&heard.foot),
+            _ => {}
+        }
+    }
+
+    /// How often a foot has started again meanwhile, or was not heard for longer than SYNCs can be
+    /// counted: what it reported before does not count.
+    #[must_use]
+    pub const fn interruptions(&self) -> u64 {
+        self.interruptions
+    }
+
+    fn forget(&mut self, foot: &FootKey) {
+        if self.feet.remove(foot).is_some() {
+            self.interruptions += 1;
+        }
+    }
+
+    fn report(&mut self, foot: &FootKey, sync: LastSync) {
+        let is_it = |(number, _): &&(u8, u64)| *number == sync.counter;
+        let Some((_, index)) = self.heard.iter().rev().find(is_it).copied() else {
+            return;
+        };
+        let time = i64::from(sync.time.0);
+        let last = self.feet.get(foot).and_then(|reported| reported.newest);
+        if last.is_some_and(|last| (time - last).rem_euclid(1 << 32) > LONGEST_GAP) {
+            self.forget(foot);
+        }
+        let reported = self.feet.entry(foot.clone()).or_default();
+        let time = reported
+            .newest
+            .map_or(time, |last| last + (time - last).rem_euclid(1 << 32));
+        reported.newest = Some(time);
+        reported.syncs.insert(index, time);
+    }
+
+    /// The clock of each foot on that of the first, in the order of lines and ids.
+    ///
+    /// # Errors
+    /// There are not two feet, or they have not reported enough.
+    pub fn compare(&self) -> Result<(FootKey, Vec<Comparison>), SyncError> {
+        if self.leaps_back > 1 {
+            return Err(SyncError::SeveralMasters);
+        }
+        let mut feet = self.feet.iter();
+        let (Some((first, reference)), true) = (feet.next(), self.feet.len() > 1) else {
+            return Err(
+                match (self.heard.is_empty(), self.has_sync_without_number) {
+                    (true, true) => SyncError::NoNumbers,
+                    (true, false) => SyncError::NoSync,
+                    (false, _) => SyncError::TooFew(self.feet.len()),
+                },
+            );
+        };
+        let compared = feet.map(|(foot, reported)| {
+            let points = differences(reference, reported);
+            if points.len() < LEAST {
+                return Err(SyncError::TooShort(points.len()));
+            }
+            Ok(line(foot, &points))
+        });
+        Ok((first.clone(), compared.collect::<Result<_, _>>()?))
+    }
+}
+
+/// The time of each SYNC of `own` on the clock of `reference`, s, and the difference of both, µs.
+fn differences(reference: &Reported, own: &Reported) -> Vec<(f64, f64)> {
+    let step = TIME_STEP_US as f64;
+    let points = own.syncs.iter().filter_map(|(number, time)| {
+        let (before, before_time) = reference.syncs.range(..=number).next_back()?;
+        let (after, after_time) = reference.syncs.range(number..).next()?;
+        let share = match after - before {
+            0 => 0.0,
+            between => (number - before) as f64 / between as f64,
+        };
+        let on_reference = *before_time as f64 + share * (after_time - before_time) as f64;
+        Some((
+            on_reference * step * 1.0e-6,
+            (*time as f64 - on_reference) * step,
+        ))
+    });
+    points.collect()
+}
+
+/// The line of least squares through differences, with errors from what is left.
+fn line(foot: &FootKey, points: &[(f64, f64)]) -> Comparison {
+    let count = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (mean_s, mean_us) = (mean(|point| point.0), mean(|point| point.1));
+    let sum = |of: &dyn Fn(f64, f64) -> f64| {
+        let parts = points.iter().map(|(s, us)| of(s - mean_s, us - mean_us));
+        parts.sum::<f64>()
+    };
+    let squares = sum(&|s, _| s * s);
+    let drift_ppm = sum(&|s, us| s * us) / squares;
+    let left = sum(&|s, us| (us - drift_ppm * s).powi(2));
+    let deviation = (left / (count - 2.0)).sqrt();
+    let first = points.first().map_or(0.0, |point| point.0);
+    let span_s = points.last().map_or(0.0, |point| point.0) - first;
+    let step = TIME_STEP_US as f64;
+    Comparison {
+        foot: foot.clone(),
+        offset_us: mean_us,
+        offset_error_us: (2.0 * deviation / count.sqrt()).max(step),
+        drift_ppm,
+        drift_error_ppm: (2.0 * deviation / squares.sqrt()).max(step / span_s),
+        syncs: points.len(),
+        span_s,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::Timestamp;
+    use wire::pdo::{Health, LongTime};
+
+    /// A foot that reports the SYNCs whose number ends in `phase`.
+    #[derive(Clone, Copy)]
+    struct Foot {
+        node: u8,
+        /// What its clock says at the first SYNC, µs, and how fast it runs.
+        begins_us: f64,
+        ppm: f64,
+        phase: u64,
+    }
+
+    impl Foot {
+        const fn new(node: u8, begins_us: f64, ppm: f64, phase: u64) -> Self {
+            Self {
+                node,
+                begins_us,
+                ppm,
+                phase,
+            }
+        }
+    }
+
+    /// A robot whose SYNCs come 10 ms apart, more or less, numbered up to `overflow`.
+    struct Bench {
+        clocks: Clocks,
+        overflow: u64,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            Self {
+                clocks: Clocks::default(),
+                overflow: 240,
+            }
+        }
+
+        /// Ten seconds, in which each foot reports every tenth SYNC.
+        fn run(&mut self, feet: &[Foot]) {
+            for k in 0..1000_u64 {
+                let counter = (k % self.overflow + 1) as u8;
+                self.clocks.take_sync(Some(counter));
+                for foot in feet.iter().filter(|foot| k % 10 == foot.phase) {
+                    let jitter = (k * 7919 % 13) as f64;
+                    let robot_us = k as f64 * 10_000.0 + jitter;
+                    let own_us = foot.begins_us + robot_us * (1.0 + foot.ppm * 1.0e-6);
+                    let time = LongTime(((own_us / 10.0).floor() as u64 & 0xFFFF_FFFF) as u32);
+                    self.report(foot.node, counter, time);
+                }
+            }
+        }
+
+        fn report(&mut self, node: u8, counter: u8, time: LongTime) {
+            self.clocks.take(&Heard {
+                at: Timestamp::default(),
+                foot: FootKey {
+                    line: "can0".into(),
+                    node: Some(node),
+                },
+                said: Said::Health(Health {
+                    flags: 0,
+                    register: 0,
+                    dropped: 0,
+                    sync: LastSync { counter, time },
+                }),
+            });
+        }
+
+        fn compared(&self) -> Comparison {
+            let (_, compared) = self.clocks.compare().expect("two feet");
+            compared[0].clone()
+        }
+    }
+
+    #[test]
+    fn offset_and_drift_are_within_their_errors_however_the_reports_are_interleaved() {
+        for (phase, overflow) in (0..10).zip([240, 240, 10, 19, 100, 50, 240, 12, 20, 30]) {
+            let mut bench = Bench::new();
+            bench.overflow = overflow;
+            bench.run(&[
+                Foot::new(0x11, 5_000_000.0, 0.0, 0),
+                Foot::new(0x12, 6_234_567.0, 20.0, phase),
+            ]);
+            let compared = bench.compared();
+            // The drift counts up to the middle of the ten seconds.
+            let true_offset = 1_234_567.0 + 20.0 * 5.0;
+            let error = (compared.offset_us - true_offset).abs();
+            assert!(error <= compared.offset_error_us, "{phase}: {compared:?}");
+            let error = (compared.drift_ppm - 20.0).abs();
+            assert!(error <= compared.drift_error_ppm, "{phase}: {compared:?}");
+            assert!(compared.drift_error_ppm < 3.0, "{compared:?}");
+            assert!(compared.offset_error_us < 25.0, "{compared:?}");
+        }
+    }
+
+    #[test]
+    fn clocks_that_wrap_meanwhile_are_counted_on() {
+        let mut bench = Bench::new();
+        let before_the_end = 4_294_967_296.0 * 10.0 - 4.0e6;
+        bench.run(&[
+            Foot::new(0x11, 0.0, 0.0, 3),
+            Foot::new(0x12, before_the_end, -30.0, 3),
+        ]);
+        let compared = bench.compared();
+        assert!((compared.drift_ppm + 30.0).abs() <= compared.drift_error_ppm);
+    }
+
+    #[test]
+    fn what_a_foot_reported_before_it_started_again_does_not_count() {
+        let still = Foot::new(0x11, 0.0, 0.0, 0);
+        let mut bench = Bench::new();
+        bench.run(&[still, Foot::new(0x12, 9.0e6, 500.0, 0)]);
+        bench.clocks.take(&Heard {
+            at: Timestamp::default(),
+            foot: FootKey {
+                line: "can0".into(),
+                node: Some(0x12),
+            },
+            said: Said::BootUp,
+        });
+        assert_eq!(bench.clocks.interruptions(), 1);
+        // The other goes on.
+        let still = Foot::new(0x11, 1.0e7, 0.0, 0);
+        bench.run(&[still, Foot::new(0x12, 1.0e7, 0.0, 0)]);
+        let compared = bench.compared();
+        assert!(
+            compared.offset_us.abs() <= compared.offset_error_us,
+            "{compared:?}"
+        );
+        assert!(
+            compared.drift_ppm.abs() <= compared.drift_error_ppm,
+            "{compared:?}"
+        );
+        // A boot-up that was not heard: the clock goes back.
+        let still = Foot::new(0x11, 2.0e7, 0.0, 0);
+        bench.run(&[still, Foot::new(0x12, 3.0e6, 0.0, 0)]);
+        assert_eq!(bench.clocks.interruptions(), 2);
+        assert!((bench.compared().offset_us + 1.7e7).abs() < 10.0);
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let mut bench = Bench::new();
+        assert_eq!(bench.clocks.compare(), Err(SyncError::NoSync));
+        bench.clocks.take_sync(None);
+        bench.report(0x11, 0, LongTime(55));
+        assert_eq!(bench.clocks.compare(), Err(SyncError::NoNumbers));
+        let mut bench = Bench::new();
+        bench.run(&[Foot::new(0x11, 0.0, 0.0, 0)]);
+        assert_eq!(bench.clocks.compare(), Err(SyncError::TooFew(1)));
+        bench.report(0x12, 1, LongTime(1));
+        assert_eq!(bench.clocks.compare(), Err(SyncError::TooShort(1)));
+        // A second master, which counts for itself.
+        for number in [50, 1, 51, 2, 52, 3] {
+            bench.clocks.take_sync(Some(number));
+        }
+        assert_eq!(bench.clocks.compare(), Err(SyncError::SeveralMasters));
+    }
+}

@@ -1,0 +1,142 @@
+//! What `sensor_msgs/msg/Imu` has no field for, on topics of its own beside that of the samples: how far a sample
+//! is to be trusted, and the truth about it. They come before the sample that they are about, with its time.
+//!
+//! | topic | message | of the samples on |
+//! |---|---|---|
+//! | `/imu/fl/validity` | `std_msgs/msg/String`, a name of a validity | `/imu/fl` |
+//! | `/imu/fl/label` | `std_msgs/msg/Bool`, true for stable | `/imu/fl` |
+//!
+//! `footfall convert` writes them. What is called so and is something else is passed over.
+
+use std::collections::HashMap;
+
+use estimator_core::Validity;
+use serde::Deserialize;
+
+use super::cdr::decode;
+use super::storage::Channel;
+use crate::recording::Label;
+use crate::validity::of_name;
+
+/// What is known about a sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Known {
+    pub(super) validity: Option<Validity>,
+    pub(super) label: Option<Label>,
+}
+
+/// What is known about the next sample of each topic.
+#[derive(Debug, Default)]
+pub(super) struct Beside(HashMap<String, (i64, Known)>);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Validity,
+    Label,
+}
+
+#[derive(Deserialize)]
+struct Text {
+    data: String,
+}
+
+#[derive(Deserialize)]
+struct Truth {
+    data: bool,
+}
+
+/// The topic of the samples that a channel is about, and what of them it says.
+fn about(channel: &Channel) -> Option<(&str, Kind)> {
+    let (suffix, kind) = match channel.message.as_str() {
+        "std_msgs/msg/String" => ("/validity", Kind::Validity),
+        "std_msgs/msg/Bool" => ("/label", Kind::Label),
+        _ => return None,
+    };
+    let topic = channel.topic.strip_suffix(suffix)?;
+    (channel.encoding == "cdr").then_some((topic, kind))
+}
+
+/// Whether a channel says something about samples.
+pub(super) fn is_beside(channel: &Channel) -> bool {
+    about(channel).is_some()
+}
+
+impl Beside {
+    /// Takes in a message.
+    pub(super) fn take(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) {
+        let Some((topic, kind)) = about(channel) else {
+            return;
+        };
+        let (at_ns, known) = self.0.entry(topic.to_owned()).or_default();
+        if *at_ns != log_ns {
+            (*at_ns, *known) = (log_ns, Known::default());
+        }
+        match kind {
+            Kind::Validity => {
+                let text = decode::<Text>(payload).ok();
+                known.validity = text.and_then(|text| of_name(&text.data));
+            }
+            Kind::Label => {
+                known.label = decode::<Truth>(payload).ok().map(|truth| match truth.data {
+                    true => Label::Stable,
+                    false => Label::NotStable,
+                });
+            }
+        }
+    }
+
+    /// What is known about the sample of a topic that was written at this time.
+    pub(super) fn of(&mut self, topic: &str, log_ns: i64) -> Known {
+        match self.0.remove(topic) {
+            Some((at_ns, known)) if at_ns == log_ns => known,
+            _ => Known::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn channel(topic: &str, message: &str) -> Channel {
+        Channel {
+            topic: topic.to_owned(),
+            message: message.to_owned(),
+            encoding: "cdr".to_owned(),
+        }
+    }
+
+    #[test]
+    fn it_is_about_the_sample_of_its_topic_and_time_and_no_other() {
+        let label = channel("/imu/fl/label", "std_msgs/msg/Bool");
+        let validity = channel("/imu/fl/validity", "std_msgs/msg/String");
+        let stale = [&[0, 1, 0, 0, 6, 0, 0, 0][..], b"stale\0"].concat();
+        let mut beside = Beside::default();
+        beside.take(&label, 5, &[0, 1, 0, 0, 1]);
+        beside.take(&validity, 5, &stale);
+        assert_eq!(beside.of("/imu/fr", 5), Known::default());
+        let both = Known {
+            validity: Some(Validity::Stale),
+            label: Some(Label::Stable),
+        };
+        assert_eq!(beside.of("/imu/fl", 5), both);
+        assert_eq!(beside.of("/imu/fl", 5), Known::default(), "once");
+        beside.take(&label, 6, &[0, 1, 0, 0, 0]);
+        assert_eq!(beside.of("/imu/fl", 7), Known::default(), "another time");
+        beside.take(&label, 8, &[0, 1, 0, 0, 0]);
+        beside.take(&validity, 9, &stale);
+        assert_eq!(beside.of("/imu/fl", 9).label, None, "of the sample before");
+    }
+
+    #[test]
+    fn what_is_called_so_and_is_something_else_is_passed_over() {
+        assert!(!is_beside(&channel("/imu/label", "std_msgs/msg/Float64")));
+        assert!(!is_beside(&channel("/imu", "std_msgs/msg/Bool")));
+        let validity = channel("/imu/validity", "std_msgs/msg/String");
+        let mut beside = Beside::default();
+        for payload in [&[0, 1, 0, 0, 3, 0, 0, 0, b'o', b'k', 0][..], &[0, 1], &[]] {
+            beside.take(&validity, 1, payload);
+            assert_eq!(beside.of("/imu", 1), Known::default());
+        }
+    }
+}

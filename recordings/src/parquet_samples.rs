@@ -1,0 +1,109 @@
+//! Samples in Parquet: the columns of a recording, as [`input`](crate::input) reads them again.
+//!
+//! | columns | type |
+//! |---|---|
+//! | `t` | f64, s on the recording's clock |
+//! | `ax` … `wz` | f32: the bits that the estimator takes |
+//! | `force` | f32, null where no load is known |
+//! | `label` | u8: 1 stable, 0 not; null where the truth is not known |
+//! | `validity` | text, dictionary |
+
+use std::io::{self, Write};
+use std::sync::Arc;
+
+use arrow_array::ArrayRef;
+use arrow_array::builder::{
+    ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
+};
+use arrow_array::types::Int32Type;
+use arrow_schema::{DataType, Field, Schema};
+use estimator_core::{Axis, Load, Vec3};
+
+use crate::output::seconds;
+use crate::parquet_encoder::{BATCH, Encoder};
+use crate::recording::{Label, RecordedSample};
+use crate::validity::name_of;
+
+/// A recording that is being written. Its memory is that of a row group.
+pub struct ParquetSamples<W: Write> {
+    encoder: Encoder<W>,
+    t: Float64Builder,
+    axes: [Float32Builder; 6],
+    force: Float32Builder,
+    label: UInt8Builder,
+    validity: StringDictionaryBuilder<Int32Type>,
+}
+
+impl<W: Write> ParquetSamples<W> {
+    /// A recording without samples.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn new(to: W) -> io::Result<Self> {
+        Ok(Self {
+            encoder: Encoder::new(to, Arc::new(schema()))?,
+            t: Float64Builder::new(),
+            axes: Default::default(),
+            force: Float32Builder::new(),
+            label: UInt8Builder::new(),
+            validity: StringDictionaryBuilder::new(),
+        })
+    }
+
+    /// Appends a sample; `start_us` is what the recording's clock says at timestamp 0, µs.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn add(&mut self, sample: &RecordedSample, start_us: i64) -> io::Result<()> {
+        let imu = &sample.imu;
+        self.t.append_value(seconds(imu.timestamp, start_us));
+        let Vec3 { x, y, z } = imu.specific_force.0;
+        let Vec3 {
+            x: wx,
+            y: wy,
+            z: wz,
+        } = imu.angular_rate.0;
+        for (builder, value) in self.axes.iter_mut().zip([x, y, z, wx, wy, wz]) {
+            builder.append_value(value);
+        }
+        self.force.append_option(sample.load.map(|Load(load)| load));
+        let label = sample.label.map(|label| u8::from(label == Label::Stable));
+        self.label.append_option(label);
+        self.validity.append_value(name_of(imu.validity));
+        if self.t.len() == BATCH {
+            self.encode()?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is left and the end of the file.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.encode()?;
+        self.encoder.finish()
+    }
+
+    /// Encodes the rows that wait.
+    fn encode(&mut self) -> io::Result<()> {
+        let mut columns: Vec<ArrayRef> = vec![Arc::new(self.t.finish())];
+        for builder in &mut self.axes {
+            columns.push(Arc::new(builder.finish()));
+        }
+        columns.push(Arc::new(self.force.finish()));
+        columns.push(Arc::new(self.label.finish()));
+        columns.push(Arc::new(self.validity.finish()));
+        self.encoder.write_columns(columns)
+    }
+}
+
+fn schema() -> Schema {
+    let text = DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
+    let mut fields = vec![Field::new("t", DataType::Float64, false)];
+    fields.extend(Axis::ALL.map(|axis| Field::new(axis.name(), DataType::Float32, false)));
+    fields.push(Field::new("force", DataType::Float32, true));
+    fields.push(Field::new("label", DataType::UInt8, true));
+    fields.push(Field::new("validity", text, false));
+    Schema::new(fields)
+}

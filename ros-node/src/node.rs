@@ -1,0 +1,236 @@
+//! The node: a publisher for each topic, made with its first message.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, UdpSocket};
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use futures::executor::block_on;
+use ros::definition::Definition;
+use ros::{Message, Published};
+use ros2_client::{
+    Context, MessageTypeName, Name, Node, NodeName, NodeOptions, ParameterValue, Publisher,
+    WriteError,
+};
+use rustdds::DomainParticipantBuilder;
+use thiserror::Error;
+
+use crate::options::{Options, Reliability};
+
+/// What subscribers get to ask once more for what they lack, at the end: five heartbeats.
+const LAST_REQUESTS: Duration = Duration::from_millis(500);
+
+/// Why there is no node, or no topic.
+#[derive(Debug, Error)]
+pub enum NodeError {
+    /// A name is none for ROS.
+    #[error("{name:?} is no name of a {what} in ROS: letters, digits and _, a letter first, no __")]
+    Name {
+        /// What it was for.
+        what: &'static str,
+        /// As it was written.
+        name: String,
+    },
+    /// No interface of this machine has the address: nothing would be sent, and nothing said.
+    #[error(
+        "network {address}: {source}; the address of an interface of this machine is needed, of IPv4"
+    )]
+    Network {
+        /// The address.
+        address: IpAddr,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// Nothing can be sent in the domain.
+    #[error("domain {domain_id}: {reason}")]
+    Domain {
+        /// The domain.
+        domain_id: u16,
+        /// What `rustdds` says.
+        reason: String,
+    },
+    /// The node, or a publisher of it, cannot be made.
+    #[error("{name}: {reason}")]
+    Create {
+        /// The node or the topic.
+        name: String,
+        /// What `ros2-client` says.
+        reason: String,
+    },
+}
+
+/// What became of the messages of a topic.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sent {
+    /// Sent to whoever listens.
+    pub sent: u64,
+    /// Not sent: subscribers had not acknowledged the 8192 before.
+    pub not_sent: u64,
+}
+
+/// The first of the addresses that no interface has, with the reason. Those of IPv6 are not used by `rustdds`.
+fn first_absent(networks: &[IpAddr]) -> Option<(IpAddr, io::Error)> {
+    networks.iter().find_map(|&address| {
+        let bound = match address {
+            IpAddr::V4(Ipv4Addr::UNSPECIFIED) => Err(io::ErrorKind::AddrNotAvailable.into()),
+            IpAddr::V4(_) => UdpSocket::bind((address, 0)).map(drop),
+            IpAddr::V6(_) => Err(io::ErrorKind::Unsupported.into()),
+        };
+        bound.err().map(|source| (address, source))
+    })
+}
+
+/// A node that publishes.
+pub struct FootNode {
+    options: Options,
+    topics: BTreeMap<Arc<str>, Topic>,
+    node: Node,
+    /// Answers requests for parameters, and notes who listens.
+    spinner: JoinHandle<()>,
+}
+
+struct Topic {
+    publisher: Publisher<Message>,
+    sent: Sent,
+}
+
+impl FootNode {
+    /// Joins the domain.
+    ///
+    /// # Errors
+    /// A name that ROS does not take; ports or interfaces that cannot be used.
+    pub fn new(options: Options) -> Result<Self, NodeError> {
+        let domain = |reason: String| NodeError::Domain {
+            domain_id: options.domain_id,
+            reason,
+        };
+        let bad_name = |what, name: &str| NodeError::Name {
+            what,
+            name: name.to_owned(),
+        };
+        if options.topic("/x").is_none() {
+            return Err(bad_name("namespace", &options.namespace));
+        }
+        // `NodeName` lets through what the names of its services are refused for.
+        let name = Name::new("/", &options.name)
+            .and_then(|_| NodeName::new(&options.absolute_namespace(), &options.name))
+            .map_err(|_| bad_name("node", &options.name))?;
+        if let Some((address, source)) = first_absent(&options.networks) {
+            return Err(NodeError::Network { address, source });
+        }
+        let mut participant = DomainParticipantBuilder::new(options.domain_id);
+        if !options.networks.is_empty() {
+            participant = participant.with_only_networks(options.networks.iter().copied());
+        }
+        let participant = participant.build();
+        let participant = participant.map_err(|error| domain(error.to_string()))?;
+        let context = Context::from_domain_participant(participant);
+        let context = context.map_err(|error| domain(error.to_string()))?;
+        let create = |reason: String| NodeError::Create {
+            name: name.fully_qualified_name(),
+            reason,
+        };
+        let node = context.new_node(name.clone(), parameters(&options));
+        let mut node = node.map_err(|error| create(error.to_string()))?;
+        let spinner = node.spinner().map_err(|error| create(error.to_string()))?;
+        let spinner = thread::Builder::new().name("ros2".to_owned()).spawn(|| {
+            // Without it, messages are published all the same.
+            let _ = block_on(spinner.spin());
+        });
+        let spinner = spinner.map_err(|error| create(error.to_string()))?;
+        Ok(Self {
+            options,
+            topics: BTreeMap::new(),
+            node,
+            spinner,
+        })
+    }
+
+    /// Publishes a message. It never waits: one that finds no room is counted.
+    ///
+    /// # Errors
+    /// The topic is new, and cannot be made.
+    pub fn publish(&mut self, published: Published) -> Result<(), NodeError> {
+        if !self.topics.contains_key(&published.topic) {
+            let publisher = self.publisher(&published)?;
+            let sent = Sent::default();
+            self.topics
+                .insert(Arc::clone(&published.topic), Topic { publisher, sent });
+        }
+        let Some(topic) = self.topics.get_mut(&published.topic) else {
+            return Ok(());
+        };
+        match topic.publisher.publish(published.message) {
+            Ok(()) => topic.sent.sent += 1,
+            Err(WriteError::WouldBlock { .. }) => topic.sent.not_sent += 1,
+            Err(error) => {
+                return Err(NodeError::Create {
+                    name: published.topic.to_string(),
+                    reason: error.to_string(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn publisher(&mut self, published: &Published) -> Result<Publisher<Message>, NodeError> {
+        let name = self.options.topic(&published.topic);
+        let name = name.ok_or_else(|| NodeError::Name {
+            what: "topic",
+            name: published.topic.to_string(),
+        })?;
+        let (package, message) = Definition::of(&published.message).package_and_name();
+        let kind = MessageTypeName::new(package, message);
+        let qos = self.options.qos(published);
+        let topic = self.node.create_topic(&name, kind, &qos);
+        let publisher = topic.and_then(|topic| self.node.create_publisher(&topic, Some(qos)));
+        publisher.map_err(|error| NodeError::Create {
+            name: published.topic.to_string(),
+            reason: error.to_string(),
+        })
+    }
+
+    /// What became of the messages of each topic so far, by the topic's whole name.
+    #[must_use]
+    pub fn counts(&self) -> BTreeMap<String, Sent> {
+        let topics = self.topics.iter();
+        let named = topics.filter_map(|(topic, published)| {
+            let name = self.options.topic(topic)?;
+            Some((name.to_string(), published.sent))
+        });
+        named.collect()
+    }
+
+    /// Leaves the domain, after subscribers have had the time to ask for what was lost on the way.
+    pub fn finish(self) {
+        let is_reliable = self.options.reliability == Reliability::Reliable;
+        if is_reliable && !self.topics.is_empty() {
+            thread::sleep(LAST_REQUESTS);
+        }
+        drop(self.topics);
+        drop(self.node);
+        // It ends with the node; one that has panicked was of no use any more.
+        let _ = self.spinner.join();
+    }
+}
+
+/// The parameters of a node, and that they stay as they are.
+fn parameters(options: &Options) -> NodeOptions {
+    let declared = options.parameters();
+    let mut parameters = NodeOptions::new();
+    for (name, value) in &declared {
+        parameters = parameters.declare_parameter(name, value.clone());
+    }
+    parameters.parameter_validator(Box::new(move |name: &str, value: &ParameterValue| {
+        let is = declared.iter().find(|(declared, _)| *declared == name);
+        if is.is_none_or(|(_, declared)| declared == value) {
+            Ok(())
+        } else {
+            Err(format!(
+                "{name} is read-only: start footfall ros2 with another"
+            ))
+        }
+    }))
+}

@@ -1,0 +1,105 @@
+//! Another participant asks the node for its parameters, and tries to set one.
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::process;
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use futures::executor::block_on;
+use ros_node::{FootNode, Options, Reliability};
+use ros2_client::parameters::raw;
+use ros2_client::qos::History;
+use ros2_client::rcl_interfaces::{
+    ListParametersRequest, ListParametersResponse, SetParametersRequest, SetParametersResponse,
+};
+use ros2_client::{
+    Context, ContextOptions, Message, Name, Node, NodeName, NodeOptions, Parameter, ParameterValue,
+    QosProfile, ServiceMapping, ServiceTypeName,
+};
+
+fn options(domain_id: u16) -> Options {
+    Options {
+        domain_id,
+        networks: vec![IpAddr::V4(Ipv4Addr::LOCALHOST)],
+        namespace: "/robot".to_owned(),
+        name: "feet".to_owned(),
+        reliability: Reliability::Reliable,
+        depth: 10,
+        source: "demo:feet=4".to_owned(),
+        frame_id: "{foot}_foot".to_owned(),
+        compat: None,
+    }
+}
+
+/// What a service of the node answers.
+fn ask<Req, Resp>(node: &mut Node, service: &str, kind: &str, request: Req) -> Resp
+where
+    Req: Message + Clone + 'static,
+    Resp: Message + Clone + 'static,
+{
+    let qos = QosProfile::publisher_default().history(History::KeepLast { depth: 1 });
+    let name = Name::new("/robot/feet", service).expect("a name");
+    let kind = ServiceTypeName::new("rcl_interfaces", kind);
+    let client = node
+        .create_client::<Req, Resp>(ServiceMapping::Enhanced, &name, &kind, qos.clone(), qos)
+        .expect("a client");
+    block_on(async {
+        client.wait_for_service(node).await;
+        let id = client.async_send_request(request).await;
+        let answer = client.async_receive_response(id.expect("it is sent")).await;
+        answer.expect("an answer")
+    })
+}
+
+#[test]
+fn parameters_are_listed_and_refuse_to_be_set() {
+    let domain = 201 + (process::id() % 30) as u16;
+    let feet = FootNode::new(options(domain)).expect("a node");
+    let (sender, answers) = mpsc::channel();
+    thread::spawn(move || {
+        let context = Context::with_options(ContextOptions::new().domain_id(domain));
+        let name = NodeName::new("/", "asks").expect("a name");
+        let node = context
+            .expect("a context")
+            .new_node(name, NodeOptions::new());
+        let mut node = node.expect("a node");
+        let spinner = node.spinner().expect("a spinner");
+        thread::spawn(|| block_on(spinner.spin()));
+        let request = ListParametersRequest {
+            prefixes: Vec::new(),
+            depth: 0,
+        };
+        let listed: ListParametersResponse =
+            ask(&mut node, "list_parameters", "ListParameters", request);
+        let set = |value: &str| SetParametersRequest {
+            parameter: vec![raw::Parameter::from(Parameter {
+                name: "frame_id".to_owned(),
+                value: ParameterValue::String(value.to_owned()),
+            })],
+        };
+        let mut results = Vec::new();
+        for value in ["{foot}_foot", "other"] {
+            let answer: SetParametersResponse =
+                ask(&mut node, "set_parameters", "SetParameters", set(value));
+            results.extend(answer.results);
+        }
+        let _ = sender.send((listed.result.names, results));
+    });
+    let (names, results) = answers
+        .recv_timeout(Duration::from_secs(60))
+        .expect("answers within a minute");
+    let expected = [
+        "compat",
+        "frame_id",
+        "qos.depth",
+        "qos.reliability",
+        "source",
+        "use_sim_time",
+    ];
+    assert_eq!(names, expected);
+    let successful: Vec<_> = results.iter().map(|result| result.successful).collect();
+    assert_eq!(successful, [true, false], "{results:?}");
+    assert!(results[1].reason.contains("read-only"), "{results:?}");
+    feet.finish();
+}

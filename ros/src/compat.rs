@@ -1,0 +1,184 @@
+//! Contacts of four feet as one message, for programs that take no message of footfall's.
+//!
+//! | of | topic | message | says |
+//! |---|---|---|---|
+//! | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, which its state estimation takes | `champ_msgs/msg/ContactsStamped` | the decisions |
+//! | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the probabilities |
+//!
+//! Both have left front, right front, left hind, right hind, in this order. A message is made as soon as
+//! each of the four has said something new; where one is silent for 20 ms, without it. What is not valid
+//! or silent does not stand: false, 0.
+
+use std::sync::Arc;
+
+use estimator_core::Timestamp;
+
+use crate::bridge::Published;
+use crate::message::{Contact, ContactsStamped, Header, Message, QuadrupedStance, Time};
+
+/// How long a foot is waited for, µs.
+const SILENT_US: u64 = 20_000;
+
+/// Names of the feet, in the order of the messages.
+const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
+
+/// Whose messages are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compat {
+    /// Probabilities, as pronto has them.
+    Pronto,
+    /// Decisions, as champ takes them.
+    Champ,
+}
+
+/// The newest of four feet.
+#[derive(Debug)]
+pub struct AllFeet {
+    compat: Compat,
+    topic: Arc<str>,
+    feet: [Option<Stance>; 4],
+    /// When the newest message was made, or the first contact came.
+    made: Option<Timestamp>,
+}
+
+/// What a foot has said since the newest message.
+#[derive(Clone, Copy, Debug)]
+struct Stance {
+    probability: f32,
+    stands: bool,
+    stamp: Time,
+}
+
+impl AllFeet {
+    /// Nothing is known yet.
+    #[must_use]
+    pub fn new(compat: Compat) -> Self {
+        let topic = match compat {
+            Compat::Pronto => "/footfall/stance",
+            Compat::Champ => "/foot_contacts",
+        };
+        Self {
+            compat,
+            topic: topic.into(),
+            feet: [None; 4],
+            made: None,
+        }
+    }
+
+    /// The message that a contact completes, where it does. `at` is when the contact was received.
+    pub fn take(&mut self, contact: &Contact, at: Timestamp) -> Option<Published> {
+        let place = FEET
+            .iter()
+            .position(|names| names.contains(&contact.foot.as_str()))?;
+        self.feet[place] = Some(Stance {
+            probability: if contact.valid { contact.p_stable } else { 0.0 },
+            stands: contact.valid && contact.decision,
+            stamp: contact.header.stamp,
+        });
+        let made = *self.made.get_or_insert(at);
+        let since_us = at.as_micros().saturating_sub(made.as_micros());
+        if self.feet.iter().any(Option::is_none) && since_us < SILENT_US {
+            return None;
+        }
+        self.made = Some(at);
+        let feet = std::mem::take(&mut self.feet);
+        let header = Header {
+            stamp: feet.iter().flatten().map(|foot| foot.stamp).max()?,
+            // All feet have no frame in common.
+            frame_id: String::new(),
+        };
+        let message = match self.compat {
+            Compat::Champ => Message::Champ(ContactsStamped {
+                header,
+                contacts: feet
+                    .map(|foot| foot.is_some_and(|foot| foot.stands))
+                    .to_vec(),
+            }),
+            Compat::Pronto => {
+                let [lf, rf, lh, rh] = feet.map(|foot| foot.map_or(0.0, |foot| foot.probability));
+                Message::Pronto(QuadrupedStance {
+                    header,
+                    lf,
+                    rf,
+                    lh,
+                    rh,
+                })
+            }
+        };
+        Some(Published {
+            topic: Arc::clone(&self.topic),
+            at,
+            message,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contact(foot: &str, p_stable: f32, us: u64) -> (Contact, Timestamp) {
+        let at = Timestamp::from_micros(us);
+        let header = Header {
+            stamp: at.into(),
+            frame_id: "ignored".to_owned(),
+        };
+        let contact = Contact {
+            header,
+            foot: foot.to_owned(),
+            p_stable,
+            decision: p_stable > 0.5,
+            valid: p_stable < 0.95,
+            ..Contact::default()
+        };
+        (contact, at)
+    }
+
+    /// What the contacts are made into: times in µs and the message's four numbers.
+    fn made(compat: Compat, contacts: &[(&str, f32, u64)]) -> Vec<(u32, [f32; 4])> {
+        let mut all = AllFeet::new(compat);
+        let contacts = contacts.iter();
+        let messages = contacts.filter_map(|(foot, p, us)| {
+            let (contact, at) = contact(foot, *p, *us);
+            all.take(&contact, at)
+        });
+        let micros = |header: Header| header.stamp.nanosec / 1000;
+        messages
+            .map(|published| match published.message {
+                Message::Pronto(m) => (micros(m.header), [m.lf, m.rf, m.lh, m.rh]),
+                Message::Champ(m) => {
+                    let numbers = m.contacts.iter().map(|stands| f32::from(u8::from(*stands)));
+                    let numbers: Vec<_> = numbers.collect();
+                    (micros(m.header), numbers.try_into().expect("four feet"))
+                }
+                other => panic!("{other:?}"),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn each_foot_has_its_place_and_the_newest_of_each_counts() {
+        let contacts = [
+            ("RR", 0.1, 400),
+            ("FL", 0.9, 100),
+            ("FL", 0.6, 1100),
+            ("tail", 0.8, 1200),
+            ("RF", 0.2, 200),
+            ("LH", 0.99, 300),
+            ("FL", 0.7, 2100),
+        ];
+        let pronto = [(1100, [0.6, 0.2, 0.0, 0.1])];
+        assert_eq!(made(Compat::Pronto, &contacts), pronto);
+        let champ = [(1100, [1.0, 0.0, 0.0, 0.0])];
+        assert_eq!(made(Compat::Champ, &contacts), champ);
+    }
+
+    #[test]
+    fn a_silent_foot_is_not_waited_for_and_does_not_stand() {
+        let contacts: Vec<_> = (0..60)
+            .flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000)))
+            .collect();
+        let times = [20_000, 40_000].map(|us| (us, [0.9, 0.9, 0.9, 0.0]));
+        assert_eq!(made(Compat::Pronto, &contacts), times);
+    }
+}

@@ -1,0 +1,99 @@
+//! The topics of a foot: what they are called, and what is published on them.
+
+use std::sync::Arc;
+
+use crate::definition::Definition;
+
+/// The topic on which all feet say how they are.
+pub const DIAGNOSTICS: &str = "/diagnostics";
+
+/// The frame of a foot, with this in place of its name, unless another is asked for.
+pub const FRAME: &str = "footfall_{foot}";
+
+/// The topics of a foot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Topics {
+    /// `footfall_msgs/msg/Contact`.
+    pub contact: Arc<str>,
+    /// `std_msgs/msg/Float64`.
+    pub probability: Arc<str>,
+    /// `std_msgs/msg/Float64`, N.
+    pub load: Arc<str>,
+    /// `sensor_msgs/msg/Imu`.
+    pub imu: Arc<str>,
+    /// The frame of the foot, in headers.
+    pub frame: Arc<str>,
+    /// What diagnostics call the board.
+    pub hardware: Arc<str>,
+}
+
+impl Topics {
+    /// Of a foot of this name.
+    #[must_use]
+    pub fn of(name: &str) -> Self {
+        Self::with_frame(name, FRAME)
+    }
+
+    /// The same with another frame, in which `{foot}` stands for the name.
+    #[must_use]
+    pub fn with_frame(name: &str, frame: &str) -> Self {
+        let part = topic_part(name);
+        Self {
+            contact: format!("/footfall/{part}/contact").into(),
+            probability: format!("/footfall/{part}/contact/probability").into(),
+            load: format!("/footfall/{part}/load").into(),
+            imu: format!("/footfall/{part}/imu").into(),
+            frame: frame.replace("{foot}", &part).into(),
+            hardware: FRAME.replace("{foot}", &part).into(),
+        }
+    }
+
+    /// Each topic with what is published on it, that of the diagnostics, too.
+    #[must_use]
+    pub fn all(&self) -> [(&str, Definition); 5] {
+        [
+            (&self.contact, Definition::CONTACT),
+            (&self.probability, Definition::FLOAT64),
+            (&self.load, Definition::FLOAT64),
+            (&self.imu, Definition::IMU),
+            (DIAGNOSTICS, Definition::DIAGNOSTICS),
+        ]
+    }
+}
+
+/// A name as a part of a topic: letters, digits and single underscores, the first of them a letter. One
+/// that began with an underscore would be hidden.
+fn topic_part(name: &str) -> String {
+    let mut part = String::with_capacity(name.len());
+    for c in name.chars() {
+        if c.is_ascii_alphanumeric() {
+            part.push(c);
+        } else if !part.is_empty() && !part.ends_with('_') {
+            part.push('_');
+        }
+    }
+    if part.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        part
+    } else {
+        format!("foot_{part}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_becomes_a_part_of_a_topic_that_ros_takes() {
+        for (name, part) in [
+            ("FL", "FL"),
+            ("node_33", "node_33"),
+            ("/dev/ttyACM0", "dev_ttyACM0"),
+            ("walk__2.csv", "walk_2_csv"),
+            ("2", "foot_2"),
+            ("", "foot_"),
+        ] {
+            assert_eq!(topic_part(name), part);
+        }
+    }
+}
