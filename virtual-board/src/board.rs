@@ -11,6 +11,7 @@ use crate::corner::Corner;
 use crate::elf::{ElfError, Image};
 use crate::failure::Failure;
 use crate::machine::Machine;
+use crate::memory::UNIQUE_NUMBER;
 use crate::part::can::{Frame, TimedFrame};
 use crate::part::usart::TimedByte;
 pub use injection::Injection;
@@ -197,6 +198,39 @@ impl Board {
         let now = machine.now;
         machine.chip.can.push(frame, now);
         machine.wake();
+    }
+
+    /// Sends a frame to the board over CAN: it begins at `time` at the earliest. Times come in rising order.
+    pub fn push_can_at(&mut self, frame: Frame, time: u64) {
+        let mut machine = self.cpu.machine();
+        machine.chip.can.push(frame, time);
+        machine.wake();
+    }
+
+    /// Frames for the board that should have begun before `time` are given up, as where it is off the bus.
+    /// How many.
+    pub fn withdraw_can(&mut self, time: u64) -> usize {
+        self.cpu.machine().chip.can.withdraw(time)
+    }
+
+    /// The rate of its CAN controller, bit/s; `None` while it takes no part in what happens on the bus.
+    #[must_use]
+    pub fn can_bit_rate(&self) -> Option<u32> {
+        let machine = self.cpu.machine();
+        let can = &machine.chip.can;
+        can.takes_part().then(|| can.bit_rate())
+    }
+
+    /// Bytes that are on their way to the board over the serial line.
+    #[must_use]
+    pub fn uart_incoming(&self) -> usize {
+        self.cpu.machine().chip.usarts[CONSOLE].incoming()
+    }
+
+    /// Gives the chip the first word of its unique number, in which boards differ. Before it runs.
+    pub fn set_serial_number(&mut self, number: u32) {
+        let memory = self.cpu.memory();
+        memory.write(UNIQUE_NUMBER, &number.to_le_bytes());
     }
 
     /// Where the pages with the settings begin and end.

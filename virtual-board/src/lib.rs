@@ -9,6 +9,7 @@ pub mod core;
 pub mod corner;
 pub mod elf;
 pub mod failure;
+pub mod fault;
 pub mod machine;
 pub mod memory;
 pub mod motion;
@@ -17,6 +18,8 @@ pub mod part;
 pub mod recorded;
 pub mod report;
 pub mod scenario;
+#[cfg(unix)]
+pub mod serve;
 pub mod spread;
 pub mod streams;
 pub mod time;

@@ -56,6 +56,9 @@ pub const FLASH: Region = Region {
     size: 1 << 20,
 };
 
+/// The unique number of the chip, three words among the factory's bytes.
+pub const UNIQUE_NUMBER: u32 = 0x1FFF_7A10;
+
 /// RAM that only the core reaches: DMA does not.
 pub const CCM: Region = Region {
     start: 0x1000_0000,

@@ -4,9 +4,12 @@ use gait::sensor::felt_by;
 use gait::{GaitName, Ground, Plan, Track};
 use lsm6dsox::sim::Motion;
 
-/// A steady gait that lasts this long, s, and then stands still; the sensor stays at 25 °C.
+/// The temperature of the sensor, °C.
+pub const TEMPERATURE: f64 = 25.0;
+
+/// A steady gait that lasts this long, s, and then stands still; the sensor stays at [`TEMPERATURE`].
 #[must_use]
 pub fn gait(name: GaitName, seconds: f64, seed: u64) -> impl Motion + 'static {
     let track = Track::new(&Plan::steady(name, Ground::Hard, seconds, seed));
-    move |time: f64| felt_by(&track.at(time), 25.0)
+    move |time: f64| felt_by(&track.at(time), TEMPERATURE)
 }

@@ -152,11 +152,27 @@ impl Can {
         self.incoming.push_back(TimedFrame { time, frame });
     }
 
+    /// Frames of the other node that should have begun before `time` are given up: how many.
+    pub fn withdraw(&mut self, time: u64) -> usize {
+        // The one that is on the bus is first, and ends.
+        let on_bus = usize::from(matches!(self.busy, Some((Sender::Peer, _))));
+        let late = self
+            .incoming
+            .iter()
+            .skip(on_bus)
+            .take_while(|timed| timed.time < time);
+        let late = late.count();
+        self.incoming.drain(on_bus..on_bus + late);
+        late
+    }
+
     const fn is_normal(&self) -> bool {
         self.status & (INAK | SLAK) == 0
     }
 
-    const fn takes_part(&self) -> bool {
+    /// Whether it takes part in what happens on the bus: it is set up, and not off.
+    #[must_use]
+    pub const fn takes_part(&self) -> bool {
         self.is_normal() && !self.off
     }
 }

@@ -20,6 +20,18 @@ pub enum ResetCause {
 }
 
 impl ResetCause {
+    /// What has reset it, in words.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::PowerOn => "power-up",
+            Self::BrownOut => "a brown-out",
+            Self::Software => "its program",
+            Self::Watchdog => "the watchdog",
+            Self::Pin => "its pin",
+        }
+    }
+
     /// Flags of `RCC_CSR`; every reset also pulls the pin.
     const fn flags(self) -> u32 {
         const PIN: u32 = 1 << 26;

@@ -147,6 +147,12 @@ impl Usart {
         }
     }
 
+    /// Bytes on their way.
+    #[must_use]
+    pub fn incoming(&self) -> usize {
+        self.incoming.len()
+    }
+
     /// Sets or clears a fault of the line. Bytes on their way are lost.
     pub fn set_fault(&mut self, fault: LineFault, now: u64, pclk: u32) {
         if fault == self.fault {

@@ -80,16 +80,22 @@ pub fn is_built_here() -> bool {
 
 /// The product: the ELF that `FOOTFALL_ELF` names, or a fresh build where there is its source.
 /// `None` where there is neither, which counts as a failure where everything is required.
-pub fn product() -> Option<Vec<u8>> {
-    let path = match std::env::var_os("FOOTFALL_ELF") {
-        Some(path) => PathBuf::from(path),
-        None if workspace().join("firmware/src/main.rs").exists() => build("firmware", "foot"),
+pub fn product_file() -> Option<PathBuf> {
+    match std::env::var_os("FOOTFALL_ELF") {
+        Some(path) => Some(PathBuf::from(path)),
+        None if workspace().join("firmware/src/main.rs").exists() => {
+            Some(build("firmware", "foot"))
+        }
         None => {
             unmet("there is no product to boot");
-            return None;
+            None
         }
-    };
-    Some(std::fs::read(path).expect("the ELF was built"))
+    }
+}
+
+/// What is in [`product_file`].
+pub fn product() -> Option<Vec<u8>> {
+    Some(std::fs::read(product_file()?).expect("the ELF was built"))
 }
 
 /// The specimen that `FOOTFALL_CORNER` names, or a typical one.

@@ -11,7 +11,7 @@ use unicorn_engine::{
 use super::Cpu;
 use super::exceptions::masked_below;
 use crate::machine::{Access, Stop};
-use crate::memory::{CCM, FACTORY, FLASH, Memory, OPTIONS, RAM, Region, UNTOUCHED};
+use crate::memory::{CCM, FACTORY, FLASH, Memory, OPTIONS, RAM, Region, UNIQUE_NUMBER, UNTOUCHED};
 
 pub(super) type Engine = Unicorn<'static, ()>;
 
@@ -34,9 +34,9 @@ const MEMORIES: [(Region, Prot, u8); 5] = [
 
 /// The factory's bytes: a serial number, and the size of flash in KiB.
 const FACTORY_WORDS: [(u32, u32); 4] = [
-    (0x1FFF_7A10, 0x0034_001F),
-    (0x1FFF_7A14, 0x3332_5110),
-    (0x1FFF_7A18, 0x3038_3437),
+    (UNIQUE_NUMBER, 0x0034_001F),
+    (UNIQUE_NUMBER + 4, 0x3332_5110),
+    (UNIQUE_NUMBER + 8, 0x3038_3437),
     (0x1FFF_7A20, 0x0400_FFFF),
 ];
 

@@ -26,7 +26,8 @@ impl Frame {
     }
 
     /// Rank in arbitration: the lower one wins.
-    pub(super) const fn rank(&self) -> u64 {
+    #[must_use]
+    pub const fn rank(&self) -> u64 {
         // Eleven bits, then RTR or SRR, IDE, eighteen bits, RTR.
         if self.extended {
             (self.id as u64 >> 18) << 21

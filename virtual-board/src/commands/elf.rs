@@ -1,0 +1,36 @@
+//! The ELF that is booted: the one that is named, or the firmware of this workspace, built now.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Reads the ELF that is named, or builds the firmware.
+pub fn read(named: Option<&Path>) -> Result<Vec<u8>, String> {
+    let path = named.map_or_else(build, |path| Ok(path.to_owned()))?;
+    std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Builds the firmware and returns its path.
+fn build() -> Result<PathBuf, String> {
+    const TARGET: &str = "thumbv7em-none-eabihf";
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let directory = workspace.join("target/board");
+    let status = Command::new("cargo")
+        .current_dir(&workspace)
+        .args([
+            "build",
+            "--release",
+            "--locked",
+            "-p",
+            "firmware",
+            "--bin",
+            "foot",
+        ])
+        .args(["--target", TARGET, "--target-dir"])
+        .arg(&directory)
+        .status()
+        .map_err(|error| format!("cargo does not start: {error}"))?;
+    if !status.success() {
+        return Err("the firmware does not build".into());
+    }
+    Ok(directory.join(TARGET).join("release/foot"))
+}

@@ -1,0 +1,140 @@
+//! Faults as they are asked for: `NAME`, `NAME:VARIANT`, or `clear`.
+
+use std::str::FromStr;
+
+use crate::board::{BoardOptions, Injection};
+use crate::scenario::{self, Pages, Scenario, Step};
+
+/// Clears all that can be cleared.
+const CLEAR: &str = "clear";
+
+/// A fault that is asked for.
+#[derive(Clone, Copy)]
+pub struct Fault {
+    /// `None` where faults are cleared.
+    scenario: Option<&'static Scenario>,
+    variant: u64,
+}
+
+impl FromStr for Fault {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, variant) = match text.split_once(':') {
+            Some((name, variant)) => {
+                let number = variant.parse::<u64>();
+                let number = number.map_err(|_| format!("{variant} is no number"))?;
+                (name, Some(number))
+            }
+            None => (text, None),
+        };
+        let scenario = Scenario::named(name);
+        if scenario.is_none() && name != CLEAR {
+            return Err(format!("{name} is none of {}", names()));
+        }
+        let first = scenario.map_or(0, |scenario| scenario.variants.0);
+        Ok(Self {
+            scenario,
+            variant: variant.unwrap_or(first),
+        })
+    }
+}
+
+/// The names of all faults, and `clear`.
+#[must_use]
+pub fn names() -> String {
+    let names = scenario::ALL.iter().map(|scenario| scenario.name);
+    names.chain([CLEAR]).collect::<Vec<_>>().join(", ")
+}
+
+impl Fault {
+    /// The row of the matrix; `None` where faults are cleared.
+    #[must_use]
+    pub const fn scenario(&self) -> Option<&'static Scenario> {
+        self.scenario
+    }
+
+    /// Its name; `clear` where faults are cleared.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.scenario.map_or(CLEAR, |scenario| scenario.name)
+    }
+
+    /// Steps that prepare a board for it.
+    #[must_use]
+    pub fn before(&self) -> &'static [Step] {
+        self.scenario.map_or(&[], |scenario| scenario.before)
+    }
+
+    /// The steps of the fault, each with its time from the first, µs.
+    #[must_use]
+    pub fn steps(&self) -> Vec<(u64, Step)> {
+        let Some(scenario) = self.scenario else {
+            return vec![(0, Step::Inject(Injection::Clear))];
+        };
+        let mut at_us = 0;
+        let steps = (scenario.steps)(self.variant).into_iter().map(|step| {
+            let timed = (at_us, step);
+            if let Step::Wait(us) = step {
+                at_us += u64::from(us);
+            }
+            timed
+        });
+        steps.collect()
+    }
+
+    /// Changes how a board is made that is to have the fault at a time, µs after its power-up.
+    pub fn change(&self, options: &mut BoardOptions, at_us: u32) {
+        if let Some(scenario) = self.scenario {
+            (scenario.board)(options, at_us);
+        }
+    }
+
+    /// Whether a board has it only from its power-up on, or only where it is made for it.
+    #[must_use]
+    pub fn needs_power_up(&self) -> bool {
+        let plain = BoardOptions::default();
+        let mut options = plain;
+        self.change(&mut options, 1_000_000);
+        options != plain || self.scenario.is_some_and(|scenario| scenario.at_power_up)
+    }
+
+    /// Whether it needs pages of flash that are filled before the board is powered up, which takes
+    /// minutes of the board's time.
+    #[must_use]
+    pub fn needs_full_pages(&self) -> bool {
+        self.scenario
+            .is_some_and(|scenario| scenario.pages != Pages::Blank)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_has_a_name_and_perhaps_a_variant() {
+        let cut: Fault = "power-cut:17".parse().expect("a fault");
+        assert_eq!((cut.name(), cut.variant), ("power-cut", 17));
+        let steps: Vec<Step> = cut.steps().into_iter().map(|(_, step)| step).collect();
+        assert!(steps.contains(&Step::Inject(Injection::CutInFlash(17))));
+        for text in ["thawed", "power-cut:x", "", "frozen@1"] {
+            assert!(text.parse::<Fault>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_row_of_the_matrix_is_a_fault_and_clear_is_one() {
+        for name in scenario::ALL.iter().map(|row| row.name).chain([CLEAR]) {
+            let fault: Fault = name.parse().unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(fault.name(), name);
+        }
+    }
+
+    #[test]
+    fn faults_of_how_a_board_is_made_need_a_power_up() {
+        let needs = |name: &str| name.parse::<Fault>().expect("a fault").needs_power_up();
+        assert!(needs("no-crystal") && needs("no-sensor") && needs("wrong-id"));
+        assert!(!needs("miso-low") && !needs("reset") && !needs("clear"));
+    }
+}

@@ -1,0 +1,248 @@
+//! The slcan adapter: commands in, answers and frames out, as Lawicel's CAN232 and CANUSB, and as
+//! `slcand` and python-can expect it.
+//!
+//! | line, ended by CR | what it does | where |
+//! |---|---|---|
+//! | `S0` … `S8`, `sxxyy` | the rate of the bus: 10 … 1000 kbit/s, or two registers of an SJA1000 at 8 MHz | closed |
+//! | `O`, `L`, `C` | open, open without sending, close | closed, closed, open |
+//! | `t`, `T`, `r`, `R` | send a frame | open |
+//! | `F` | status: bit 3 where frames were lost | open |
+//! | `Z0`, `Z1` | received frames without and with the millisecond, modulo a minute | closed |
+//! | `V`, `N` | version, serial number | anywhere |
+//!
+//! Each is answered with CR, a sent frame with `z` or `Z` before it; with BEL what is not understood or not
+//! possible now. Frames come while it is open, those of its own are not among them.
+
+use super::bus::Carried;
+use super::lawicel;
+use crate::part::can::Frame;
+
+/// The rates of `S0` to `S8`, bit/s.
+const RATES: [u32; 9] = [
+    10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000,
+];
+
+/// The clock behind the registers of `s`, hertz.
+const REGISTER_CLOCK: u32 = 8_000_000;
+
+/// The longest line: an extended frame.
+const LONGEST_LINE: usize = 26;
+
+const CR: u8 = b'\r';
+const BEL: u8 = 0x07;
+
+/// Milliseconds until time stamps begin again.
+const STAMPS: u64 = 60_000;
+
+/// What the channel to the bus does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Channel {
+    Closed,
+    Open,
+    Listening,
+}
+
+/// An adapter.
+#[derive(Clone, Debug)]
+pub struct Adapter {
+    channel: Channel,
+    /// `None` until one is set.
+    bit_rate: Option<u32>,
+    has_stamps: bool,
+    has_lost: bool,
+    line: Vec<u8>,
+    is_too_long: bool,
+}
+
+impl Default for Adapter {
+    fn default() -> Self {
+        Self {
+            channel: Channel::Closed,
+            bit_rate: None,
+            has_stamps: false,
+            has_lost: false,
+            line: Vec::new(),
+            is_too_long: false,
+        }
+    }
+}
+
+/// What a byte led to.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reaction {
+    /// The answer to a command.
+    pub answer: Vec<u8>,
+    /// A frame for the bus, and the rate of its bits, bit/s.
+    pub frame: Option<(Frame, u32)>,
+}
+
+impl Adapter {
+    /// Takes in a byte of the host.
+    pub fn push(&mut self, byte: u8) -> Reaction {
+        match byte {
+            CR => {
+                let line = core::mem::take(&mut self.line);
+                let is_too_long = core::mem::take(&mut self.is_too_long);
+                let line = String::from_utf8(line).ok().filter(|_| !is_too_long);
+                line.and_then(|line| self.command(&line))
+                    .unwrap_or_else(|| Reaction {
+                        answer: vec![BEL],
+                        frame: None,
+                    })
+            }
+            b'\n' => Reaction::default(),
+            _ if self.line.len() == LONGEST_LINE => {
+                self.is_too_long = true;
+                Reaction::default()
+            }
+            _ => {
+                self.line.push(byte);
+                Reaction::default()
+            }
+        }
+    }
+
+    /// Carries out a command; `None` where it cannot be.
+    fn command(&mut self, line: &str) -> Option<Reaction> {
+        let is_closed = self.channel == Channel::Closed;
+        let mut answer = Vec::new();
+        let mut frame = None;
+        match (line.as_bytes(), is_closed) {
+            // An end of line alone: hosts send some to end what came before.
+            ([], _) => {}
+            ([b'S', digit @ b'0'..=b'8'], true) => {
+                self.bit_rate = RATES.get(usize::from(digit - b'0')).copied();
+            }
+            ([b's', registers @ ..], true) => self.bit_rate = Some(rate_of(registers)?),
+            ([b'O'], true) if self.bit_rate.is_some() => self.channel = Channel::Open,
+            ([b'L'], true) if self.bit_rate.is_some() => self.channel = Channel::Listening,
+            ([b'C'], false) => self.channel = Channel::Closed,
+            ([b'Z', digit @ (b'0' | b'1')], true) => self.has_stamps = *digit == b'1',
+            ([b'F'], false) => {
+                let lost = core::mem::take(&mut self.has_lost);
+                answer.extend(if lost { b"F08" } else { b"F00" });
+            }
+            ([b'V'], _) => answer.extend(b"V1013"),
+            ([b'N'], _) => answer.extend(b"NF405"),
+            ([letter @ (b't' | b'T' | b'r' | b'R'), ..], _) if self.channel == Channel::Open => {
+                frame = Some((lawicel::frame(line)?, self.bit_rate?));
+                let is_standard = letter.is_ascii_lowercase();
+                answer.push(if is_standard { b'z' } else { b'Z' });
+            }
+            _ => return None,
+        }
+        answer.push(CR);
+        Some(Reaction { answer, frame })
+    }
+
+    /// The line of a frame on the bus, where the adapter hears it. `ms` is its time.
+    #[must_use]
+    pub fn hear(&self, carried: &Carried, ms: u64) -> Option<String> {
+        let is_open = self.channel != Channel::Closed;
+        if !is_open || self.bit_rate != Some(carried.bit_rate) {
+            return None;
+        }
+        let mut line = lawicel::line(&carried.frame);
+        if self.has_stamps {
+            line += &format!("{:04X}", ms % STAMPS);
+        }
+        line.push(char::from(CR));
+        Some(line)
+    }
+
+    /// A line was lost, since nobody took it in time.
+    pub const fn lose(&mut self) {
+        self.has_lost = true;
+    }
+}
+
+/// The rate that registers BTR0 and BTR1 of an SJA1000 set, in four hexadecimal digits, bit/s.
+fn rate_of(digits: &[u8]) -> Option<u32> {
+    let are_digits = digits.len() == 4 && digits.iter().all(u8::is_ascii_hexdigit);
+    let text = core::str::from_utf8(digits).ok().filter(|_| are_digits)?;
+    let registers = u32::from_str_radix(text, 16).ok()?;
+    let prescaler = (registers >> 8 & 0x3F) + 1;
+    let quanta = 1 + (registers & 0xF) + 1 + (registers >> 4 & 7) + 1;
+    Some(REGISTER_CLOCK / prescaler / quanta)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn say(adapter: &mut Adapter, text: &str) -> String {
+        let answers = text.bytes().flat_map(|byte| adapter.push(byte).answer);
+        answers.map(char::from).collect()
+    }
+
+    fn carried(id: u16) -> Carried {
+        Carried {
+            node: 0,
+            start: 0,
+            bit_rate: 1_000_000,
+            frame: Frame::new(id, &[0xAB]),
+        }
+    }
+
+    #[test]
+    fn it_is_opened_and_closed_as_hosts_do_it() {
+        let mut adapter = Adapter::default();
+        // What slcand, python-can and this workspace send first.
+        for (said, answer) in [
+            ("\r\r\rC\r", "\r\r\r\x07"),
+            ("O\r", "\x07"),
+            ("S8\r", "\r"),
+            ("\r", "\r"),
+            ("O\r", "\r"),
+            ("O\r", "\x07"),
+            ("S6\r", "\x07"),
+            ("V\rN\rF\r", "V1013\rNF405\rF00\r"),
+            ("Z1\r", "\x07"),
+            ("C\r", "\r"),
+            ("Z1\rL\r", "\r\r"),
+            ("t1910\r", "\x07"),
+            ("S9\rQ\rM\r", "\x07\x07\x07"),
+        ] {
+            assert_eq!(say(&mut adapter, said), answer, "{said:?}");
+        }
+    }
+
+    #[test]
+    fn frames_go_both_ways_only_while_it_is_open_and_at_the_rate_of_the_bus() {
+        let mut adapter = Adapter::default();
+        assert_eq!(adapter.hear(&carried(0x191), 0), None);
+        say(&mut adapter, "S8\rO\r");
+        assert_eq!(
+            adapter.hear(&carried(0x191), 0).as_deref(),
+            Some("t1911AB\r")
+        );
+        say(&mut adapter, "T000001911A");
+        adapter.push(b'B');
+        let sent = adapter.push(b'\r');
+        assert_eq!(sent.answer, b"Z\r");
+        let (frame, rate) = sent.frame.expect("a frame");
+        assert!((frame.extended, frame.id, rate) == (true, 0x191, 1_000_000));
+        for bad in ["t191\r", "t1919\r", &"t".repeat(1000), "\r"] {
+            let answer = say(&mut adapter, bad);
+            assert!(
+                answer == "\x07" || !bad.ends_with('\r'),
+                "{bad}: {answer:?}"
+            );
+        }
+        say(&mut adapter, "C\rS6\rO\r");
+        assert_eq!(adapter.hear(&carried(0x191), 0), None, "another rate");
+        say(&mut adapter, "C\rs0014\rZ1\rO\r");
+        assert_eq!(
+            adapter.hear(&carried(0x191), 60_255).as_deref(),
+            Some("t1911AB00FF\r")
+        );
+    }
+
+    #[test]
+    fn lost_frames_are_in_the_status_once() {
+        let mut adapter = Adapter::default();
+        say(&mut adapter, "S8\rO\r");
+        adapter.lose();
+        assert_eq!(say(&mut adapter, "F\rF\r"), "F08\rF00\r");
+    }
+}

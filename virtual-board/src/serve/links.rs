@@ -1,0 +1,98 @@
+//! Links with stable names to the terminals, gone when the program ends.
+
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+
+use super::ServeError;
+
+/// Links that are removed when this is dropped.
+#[derive(Debug, Default)]
+pub struct Links(Vec<Link>);
+
+#[derive(Debug)]
+struct Link {
+    path: PathBuf,
+    target: PathBuf,
+}
+
+impl Links {
+    /// Makes a link in a directory, which is made where there is none. One from before is replaced, a file
+    /// is not.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn add(&mut self, folder: &Path, name: &str, target: &Path) -> Result<PathBuf, ServeError> {
+        let path = folder.join(name);
+        let made = fs::create_dir_all(folder)
+            .and_then(|()| remove(&path))
+            .and_then(|()| symlink(target, &path));
+        match made {
+            Ok(()) => {
+                self.0.push(Link {
+                    path: path.clone(),
+                    target: target.to_owned(),
+                });
+                Ok(path)
+            }
+            Err(error) => Err(ServeError::Link(path, error)),
+        }
+    }
+}
+
+/// Removes a link, if there is one.
+fn remove(path: &Path) -> io::Result<()> {
+    match fs::symlink_metadata(path) {
+        Ok(found) if found.is_symlink() => fs::remove_file(path),
+        Ok(_) => Err(ErrorKind::AlreadyExists.into()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
+impl Drop for Links {
+    fn drop(&mut self) {
+        for Link { path, target } in &self.0 {
+            // Another program may have removed it, or put one of its own there.
+            if fs::read_link(path).is_ok_and(|found| found == *target) {
+                let _ = remove(path);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_replaces_a_link_but_no_file_and_is_gone_afterwards() {
+        let folder = std::env::temp_dir().join(format!("footfall-links-{}", std::process::id()));
+        let mut links = Links::default();
+        let path = links.add(&folder, "FL.uart", Path::new("/dev/null"));
+        let path = path.expect("a link");
+        links
+            .add(&folder, "FL.uart", Path::new("/dev/zero"))
+            .expect("another");
+        assert_eq!(
+            fs::read_link(&path).expect("a link"),
+            Path::new("/dev/zero")
+        );
+        fs::write(folder.join("file"), "x").expect("a file");
+        let error = links.add(&folder, "file", Path::new("/dev/null"));
+        assert!(error.is_err_and(|error| error.to_string().contains("file")));
+        drop(links);
+        assert!(fs::symlink_metadata(&path).is_err());
+        let mut links = Links::default();
+        let path = links.add(&folder, "FL.uart", Path::new("/dev/null"));
+        let path = path.expect("a link");
+        let mut of_another = Links::default();
+        let taken = of_another.add(&folder, "FL.uart", Path::new("/dev/zero"));
+        assert!(taken.is_ok());
+        drop(links);
+        assert!(fs::symlink_metadata(&path).is_ok(), "it is of another now");
+        drop(of_another);
+        fs::remove_dir_all(&folder).expect("removed");
+    }
+}

@@ -1,0 +1,205 @@
+//! A pseudo-terminal: a program opens its far end as a serial port, and bytes go both ways as they are.
+//!
+//! As behind an adapter, what nobody takes in time is lost: nothing here waits for the other end.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, ErrorKind, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
+
+/// Bytes that wait for a reader, besides those of the system: half a second of a busy bus.
+const MOST_WAITING: usize = 64 * 1024;
+
+/// A terminal.
+#[derive(Debug)]
+pub struct Terminal {
+    near: File,
+    path: PathBuf,
+    state: State,
+    waiting: Vec<u8>,
+    lost: u64,
+}
+
+/// Whether a program has the far end open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Open,
+    Closed,
+}
+
+/// What became of bytes for the far end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sent {
+    /// They wait for the reader, or nobody listens.
+    Taken,
+    /// They were lost: the reader is too slow.
+    Lost,
+}
+
+impl Terminal {
+    /// A terminal of which the far end is not open.
+    ///
+    /// # Errors
+    /// Where the system has none.
+    pub fn open() -> io::Result<Self> {
+        let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+        grantpt(&near)?;
+        unlockpt(&near)?;
+        let name = ptsname(&near, Vec::new())?;
+        let path = PathBuf::from(name.to_string_lossy().into_owned());
+        let flags = fcntl_getfl(&near)?;
+        fcntl_setfl(&near, flags | OFlags::NONBLOCK)?;
+        let mut terminal = Self {
+            near: near.into(),
+            path,
+            state: State::Closed,
+            waiting: Vec::new(),
+            lost: 0,
+        };
+        terminal.clean()?;
+        Ok(terminal)
+    }
+
+    /// The name of the far end.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Bytes that were lost, since the reader was too slow.
+    #[must_use]
+    pub const fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Makes the far end as it was: bytes as they are, none from before. It must have been open once for
+    /// the system to say that it is closed.
+    fn clean(&mut self) -> io::Result<()> {
+        let far = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .custom_flags((OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32)
+            .open(&self.path)?;
+        let mut settings = tcgetattr(&far)?;
+        settings.make_raw();
+        tcsetattr(&far, OptionalActions::Now, &settings)?;
+        tcflush(&far, QueueSelector::IOFlush)?;
+        self.waiting.clear();
+        Ok(())
+    }
+
+    /// The bytes that have come from the far end, at most so many.
+    ///
+    /// # Errors
+    /// Where the terminal is gone.
+    pub fn read(&mut self, most: usize) -> io::Result<Vec<u8>> {
+        let mut bytes = vec![0; most];
+        let (count, state) = match self.near.read(&mut bytes) {
+            Ok(count) if count > 0 || most == 0 => (count, State::Open),
+            // The end of the file, or EIO, says that nobody has the far end open.
+            Ok(_) => (0, State::Closed),
+            Err(error) => match error.kind() {
+                ErrorKind::WouldBlock | ErrorKind::Interrupted => (0, State::Open),
+                _ if error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error()) => {
+                    (0, State::Closed)
+                }
+                _ => return Err(error),
+            },
+        };
+        if (self.state, state) == (State::Open, State::Closed) {
+            self.clean()?;
+        }
+        self.state = state;
+        bytes.truncate(count);
+        Ok(bytes)
+    }
+
+    /// Sends bytes to the far end, all or none.
+    ///
+    /// # Errors
+    /// Where the terminal is gone.
+    pub fn write(&mut self, bytes: &[u8]) -> io::Result<Sent> {
+        if self.state == State::Closed {
+            return Ok(Sent::Taken);
+        }
+        if self.waiting.len() + bytes.len() > MOST_WAITING {
+            self.lost += bytes.len() as u64;
+            return Ok(Sent::Lost);
+        }
+        self.waiting.extend_from_slice(bytes);
+        Ok(Sent::Taken)
+    }
+
+    /// Hands on what the system takes.
+    ///
+    /// # Errors
+    /// Where the terminal is gone.
+    pub fn flush(&mut self) -> io::Result<()> {
+        while !self.waiting.is_empty() {
+            match self.near.write(&self.waiting) {
+                Ok(0) => break,
+                Ok(count) => {
+                    self.waiting.drain(..count);
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn far(terminal: &Terminal) -> File {
+        let mut options = OpenOptions::new();
+        options.read(true).write(true);
+        let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
+        let file = options.custom_flags(flags).open(terminal.path());
+        file.expect("the far end opens")
+    }
+
+    #[test]
+    fn bytes_go_both_ways_as_they_are() {
+        let mut terminal = Terminal::open().expect("a terminal");
+        let mut port = far(&terminal);
+        let all: Vec<u8> = (0..=255).collect();
+        port.write_all(&all).expect("written");
+        assert_eq!(terminal.read(1000).expect("read"), all);
+        assert_eq!(terminal.write(&all).expect("written"), Sent::Taken);
+        terminal.flush().expect("flushed");
+        let mut got = [0; 1000];
+        assert_eq!(port.read(&mut got).expect("read"), 256);
+        assert_eq!(got[..256], all[..]);
+    }
+
+    #[test]
+    fn a_slow_reader_loses_whole_pieces_and_the_next_one_gets_nothing_old() {
+        let mut terminal = Terminal::open().expect("a terminal");
+        assert_eq!(terminal.write(b"nobody").expect("written"), Sent::Taken);
+        let port = far(&terminal);
+        terminal.read(1).expect("it is open");
+        let piece = [7; 1000];
+        let mut sent = 0;
+        while terminal.write(&piece).expect("written") == Sent::Taken {
+            terminal.flush().expect("flushed");
+            sent += 1;
+        }
+        assert!(sent > 60 && terminal.lost() == 1000, "{sent}");
+        drop(port);
+        terminal.read(1).expect("it is closed");
+        let mut port = far(&terminal);
+        terminal.read(1).expect("it is open");
+        terminal.flush().expect("flushed");
+        let mut got = [0; 10];
+        let nothing = port.read(&mut got).map_err(|error| error.kind());
+        assert_eq!(nothing, Err(ErrorKind::WouldBlock));
+    }
+}

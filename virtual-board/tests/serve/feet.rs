@@ -1,0 +1,137 @@
+//! Four feet on one bus, and what becomes of a program that does not read.
+
+use std::collections::BTreeMap;
+use std::fs::OpenOptions;
+use std::io::Write as _;
+use std::thread;
+use std::time::Duration;
+
+use virtual_board::corner::Corner;
+use virtual_board::serve::robot::{ControlNode, Robot, RobotOptions};
+use wire::{Foot, Pdo, pdo};
+
+use crate::common::product;
+use crate::server::Server;
+
+fn robot(elf: Vec<u8>, feet: usize) -> Robot {
+    let options = RobotOptions {
+        feet,
+        gait: gait::GaitName::Walk,
+        seed: 1,
+        corner: Corner::Typical,
+        control: ControlNode::Present,
+    };
+    Robot::start(elf, &options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn four_feet_send_a_thousand_contacts_a_second_each_and_none_is_missing() {
+    let Some(elf) = product() else { return };
+    let mut robot = robot(elf, 4);
+    let mut contacts: BTreeMap<u32, Vec<u8>> = BTreeMap::new();
+    let mut dropped = BTreeMap::new();
+    let mut last = 0;
+    const SECONDS: usize = 5;
+    for ms in 0..1000 * (SECONDS as u64 + 1) {
+        let happened = robot.step().unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(happened.resets, []);
+        for carried in happened.carried {
+            assert!(carried.start >= last, "one after the other");
+            last = carried.start + carried.frame.bits() * virtual_board::time::cycle(1_000_000);
+            let data = <[u8; 8]>::try_from(carried.frame.data.as_slice());
+            let Ok(data) = data else { continue };
+            for foot in &Foot::ALL[..4] {
+                let node = foot.default_node_id();
+                if carried.frame.id == u32::from(Pdo::Contact.cob_id(node)) && ms >= 1000 {
+                    let contact = pdo::Contact::decode(&data);
+                    contacts
+                        .entry(carried.frame.id)
+                        .or_default()
+                        .push(contact.sequence);
+                } else if carried.frame.id == u32::from(Pdo::Health.cob_id(node)) {
+                    dropped.insert(carried.frame.id, pdo::Health::decode(&data).dropped);
+                }
+            }
+        }
+    }
+    assert_eq!(contacts.len(), 4, "{:?}", contacts.keys());
+    for (id, sequence) in &contacts {
+        let count = sequence.len();
+        assert!(count.abs_diff(1000 * SECONDS) <= 2, "{id:#x}: {count}");
+        let is_whole = sequence
+            .windows(2)
+            .all(|pair| pair[1] == pair[0].wrapping_add(1));
+        assert!(is_whole, "{id:#x} has gaps");
+    }
+    assert_eq!(dropped.len(), 4);
+    assert!(dropped.values().all(|count| *count == 0), "{dropped:?}");
+    assert_eq!(robot.lost_on_bus(), 0);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_frames_whatever_thread_is_first() {
+    let Some(elf) = product() else { return };
+    let run = || {
+        let mut robot = robot(elf.clone(), 2);
+        let mut frames = Vec::new();
+        for _ in 0..600 {
+            frames.extend(
+                robot
+                    .step()
+                    .unwrap_or_else(|error| panic!("{error}"))
+                    .carried,
+            );
+        }
+        frames
+    };
+    let first = run();
+    assert!(first.len() > 500);
+    assert!(first == run());
+}
+
+#[test]
+fn a_program_that_does_not_read_loses_bytes_and_holds_up_nothing() {
+    let Some(server) = Server::start("slow", &["--feet", "1", "--speed", "max"]) else {
+        return;
+    };
+    let open = |name: &str| {
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .open(server.path(name));
+        file.expect("it opens")
+    };
+    let serial = open("FL.uart");
+    let mut bus = open("bus.slcan");
+    bus.write_all(b"\rC\rS8\rO\r").expect("written");
+    thread::sleep(Duration::from_secs(6));
+    drop((serial, bus));
+    let links = ["FL.uart", "bus.slcan"].map(|name| server.path(name));
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+    assert!(
+        said.contains("FL.uart: ") && said.contains("bytes lost"),
+        "{said}"
+    );
+    assert!(
+        links.iter().all(|link| link.symlink_metadata().is_err()),
+        "links are left"
+    );
+}
+
+#[test]
+fn a_foot_that_is_not_there_is_an_error() {
+    let Some(mut server) = Server::start("none", &["--seconds", "60"]) else {
+        return;
+    };
+    server.say("RR: gait trot");
+    server.wait_for("error: the robot has no foot RR");
+    server.say("RR gait trot");
+    server.wait_for("is no command; help lists them");
+    server.say("FL: power-cycle");
+    server.wait_for("FL: power-cycle");
+    server.say("fault no-crystal");
+    server.wait_for("all feet: fault no-crystal");
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+}

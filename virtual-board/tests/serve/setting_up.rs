@@ -1,0 +1,135 @@
+//! What is done with a new robot, on the ELF: which foot each board is, the sensor's self-test, calibration,
+//! and the clocks of the feet on one another.
+
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use serde_json::Value as Json;
+
+use crate::server::{Server, program};
+
+#[test]
+fn a_board_is_tested_and_made_another_foot_over_its_serial_line_and_over_the_bus() {
+    let Some(server) = Server::start("new", &["--gait", "stand"]) else {
+        return;
+    };
+    let (serial, bus) = (server.serial("FL"), server.bus());
+    for (source, name) in [(&serial, "FR"), (&bus, "RL")] {
+        let passed = server.foot(source, &["selftest"]);
+        assert_eq!(passed, "the sensor has passed its self-test\n");
+        let info = server.foot(source, &["id", name]);
+        assert!(info.starts_with(&format!("foot     {name}, ")), "{info}");
+        server.foot(source, &["reset"]);
+        let changed = server.foot(source, &["diff"]);
+        assert!(!changed.contains("self_test_at_start"), "{changed}");
+    }
+    let scan = server.foot(&bus, &["scan"]);
+    assert!(scan.ends_with("  node 19  RL\n"), "{scan}");
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+}
+
+#[test]
+fn a_walking_board_keeps_what_it_has_learnt_over_a_reset() {
+    let Some(server) = Server::start("walking", &[]) else {
+        return;
+    };
+    let serial = server.serial("FL");
+    let learnt = server.foot(&serial, &["calibrate", "--json"]);
+    let learnt: Json = serde_json::from_str(&learnt).expect("JSON");
+    let still = learnt["learnt"]["acceleration_still"].as_f64();
+    let moving = learnt["learnt"]["acceleration_moving"].as_f64();
+    assert!(still < moving, "{learnt}");
+    let bias = learnt["gyroscope_bias_rad_s"].as_array().expect("axes");
+    assert!(bias.iter().all(Json::is_number), "{learnt}");
+    let kept = |server: &Server| {
+        let stored = server.foot(&serial, &["get", "learnt.acceleration_still", "--json"]);
+        let stored: Json = serde_json::from_str(&stored).expect("JSON");
+        stored["learnt.acceleration_still"]
+            .as_f64()
+            .expect("a number")
+    };
+    let before = kept(&server);
+    assert_ne!(before, 0.0);
+    server.foot(&serial, &["reset"]);
+    assert_eq!(kept(&server).to_bits(), before.to_bits());
+    server.foot(&server.bus(), &["calibrate", "--forget"]);
+    assert_eq!(kept(&server), 0.0);
+}
+
+#[test]
+fn the_clock_of_a_foot_that_was_switched_on_later_is_behind() {
+    let Some(mut server) = Server::start("clocks", &["--feet", "2", "--gait", "stand"]) else {
+        return;
+    };
+    let bus = server.bus();
+    let compared = |server: &Server| {
+        let compared = server.foot(&bus, &["sync", "--seconds", "4", "--json"]);
+        let compared: Json = serde_json::from_str(&compared).expect("JSON");
+        assert_eq!(compared["reference"], "L");
+        let number = |name: &str| compared["feet"][0][name].as_f64().expect("a number");
+        // Their crystals are the same.
+        assert!(
+            number("drift_ppm").abs() <= number("drift_error_ppm"),
+            "{compared}"
+        );
+        number("offset_us")
+    };
+    assert!(compared(&server).abs() < 1000.0);
+    server.say("R: power-cycle");
+    server.wait_for("R: ");
+    let behind = compared(&server);
+    assert!(behind < -3.0e6, "{behind}");
+}
+
+#[test]
+fn clocks_are_compared_on_a_bus_without_a_master_too() {
+    let feet = ["--feet", "2", "--gait", "stand", "--no-control"];
+    let Some(server) = Server::start("masterless", &feet) else {
+        return;
+    };
+    let sync = ["sync", "--seconds", "4", "--send", "--json"];
+    let compared = server.foot(&server.bus(), &sync);
+    let compared: Json = serde_json::from_str(&compared).expect("JSON");
+    let offset_us = compared["feet"][0]["offset_us"].as_f64();
+    assert!(offset_us.is_some_and(|us| us.abs() < 1000.0), "{compared}");
+}
+
+#[test]
+fn what_was_set_before_the_power_failed_is_not_said_to_be_stored() {
+    let Some(mut server) = Server::start("power", &["--gait", "stand"]) else {
+        return;
+    };
+    for (line, delay_ms, value) in [
+        ("serial", 150, 0.61),
+        ("serial", 250, 0.62),
+        ("bus", 700, 0.63),
+        ("bus", 1100, 0.64),
+    ] {
+        let source = match line {
+            "bus" => server.bus(),
+            _ => server.serial("FL"),
+        };
+        let threshold = format!("decision.threshold={value}");
+        let setting = Command::new(program())
+            .args(["foot", &source, "set", &threshold, "--save"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program runs");
+        thread::sleep(Duration::from_millis(delay_ms));
+        server.say("FL: power-cycle");
+        let output = setting.wait_with_output().expect("it ends");
+        // What counts is what is there after another one.
+        server.say("FL: power-cycle");
+        thread::sleep(Duration::from_secs(1));
+        let now = server.foot(&source, &["get", "decision.threshold"]);
+        let is_there = now.contains(&threshold.replace('=', " = "));
+        let words = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            !output.status.success() || is_there,
+            "{line} after {delay_ms} ms: {now}{words}"
+        );
+    }
+}
