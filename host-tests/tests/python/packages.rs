@@ -1,6 +1,6 @@
 //! Packages of Python for one test, beside the environment of the wire's tests, which has others.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -17,17 +17,23 @@ pub struct Packages {
 pub fn install(folder: &str, requirements: &str) -> Result<Packages, String> {
     let interpreter = environment::make()?;
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
+    fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
     let installed = folder.join("installed.txt");
+    // Tests that share a folder start at the same time. Without this, one would take the packages
+    // away while the other loads them.
+    let lock = File::create(folder.join("lock")).map_err(|error| error.to_string())?;
+    lock.lock().map_err(|error| error.to_string())?;
+    let packages = Packages {
+        interpreter,
+        folder,
+    };
     if fs::read_to_string(&installed).is_ok_and(|installed| installed == requirements) {
-        return Ok(Packages {
-            interpreter,
-            folder,
-        });
+        return Ok(packages);
     }
-    let output = Command::new(&interpreter)
+    let output = Command::new(&packages.interpreter)
         .args(["-m", "pip", "install", "--quiet", "--upgrade"])
         .args(["--disable-pip-version-check", "--target"])
-        .arg(&folder)
+        .arg(&packages.folder)
         .args(requirements.lines())
         .output()
         .map_err(|error| error.to_string())?;
@@ -37,8 +43,5 @@ pub fn install(folder: &str, requirements: &str) -> Result<Packages, String> {
         return Err(format!("pip cannot install {requirements:?}: {last}"));
     }
     fs::write(&installed, requirements).map_err(|error| error.to_string())?;
-    Ok(Packages {
-        interpreter,
-        folder,
-    })
+    Ok(packages)
 }
