@@ -1,13 +1,15 @@
 //! Feet that stream, as messages: what `footfall record` writes, `footfall ros2` publishes and `footfall
 //! view` serves.
 
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use decode::Feet;
-use decode::live::Listener;
+use decode::live::{Listener, Said};
 use estimator_core::Timestamp;
 use live::feed::Fed;
 use live::{Arrival, Feed, LinkError, Source};
+use ros::bridge::SEVERAL_BOARDS;
 use ros::{Bridge, Published};
 
 use crate::error::Error;
@@ -66,6 +68,8 @@ pub struct Stream {
     bridge: Bridge,
     unreadable: u64,
     has_spoken: bool,
+    /// Feet that several boards are, as it was last said.
+    shared: BTreeSet<String>,
 }
 
 impl Stream {
@@ -84,6 +88,7 @@ impl Stream {
             bridge,
             unreadable: 0,
             has_spoken: false,
+            shared: BTreeSet::new(),
         }
     }
 
@@ -151,8 +156,26 @@ impl Stream {
                 self.has_spoken = true;
                 sink.publish(published)?;
             }
+            if matches!(heard.said, Said::Contact(_)) {
+                self.warn_of_shared_ids();
+            }
         }
         Ok(())
+    }
+
+    /// Says where several boards have one id, once for each time that they begin.
+    fn warn_of_shared_ids(&mut self) {
+        if self.shared.is_empty() && self.bridge.shared_ids().next().is_none() {
+            return;
+        }
+        let now: BTreeSet<_> = self.bridge.shared_ids().map(str::to_owned).collect();
+        for foot in now.difference(&self.shared) {
+            warn(format!(
+                "{foot}: {SEVERAL_BOARDS}, no contact of it is valid; connect one at a time, \
+                 and give it an id of its own with footfall foot SOURCE id"
+            ));
+        }
+        self.shared = now;
     }
 
     /// Says what was lost or could not be read.

@@ -9,6 +9,9 @@ use std::thread;
 use std::time::Duration;
 
 use common::{Bench, text};
+use live::feed::Fed;
+use live::{Arrival, Feed};
+use wire::Foot as Position;
 
 /// The counts that a recording reports, by topic.
 fn count(report: &str, topic: &str) -> u64 {
@@ -88,7 +91,8 @@ fn an_interrupted_recording_is_finished_and_a_killed_one_opens() {
             .stdout(Stdio::null())
             .spawn()
             .expect("the command that was just built");
-        thread::sleep(Duration::from_millis(3500));
+        bench.wait_for("walk.mcap");
+        thread::sleep(Duration::from_secs(4));
         let id = child.id().to_string();
         let kill = Command::new("kill").args(["-s", signal, &id]).status();
         assert!(kill.expect("kill runs").success());
@@ -105,6 +109,45 @@ fn an_interrupted_recording_is_finished_and_a_killed_one_opens() {
         let samples = json["recordings"][0]["samples"].as_u64().expect("a count");
         assert!(samples > 75, "{signal}: {samples}");
     }
+}
+
+/// What two boards that both are FL send within three seconds, as `candump -L` logs it.
+fn log_of_two_boards_with_one_id() -> String {
+    let source = "demo:feet=2,speed=max,seconds=3".parse();
+    let feed = Feed::open(source.expect("a source"));
+    let [own, left] = [Position::Right, Position::Left].map(|foot| foot.default_node_id().get());
+    let mut log = String::new();
+    loop {
+        match feed.next(Duration::from_secs(60)).expect("it ends") {
+            Fed::Arrived((at, Arrival::Frame { frame, .. })) => {
+                let is_right = frame.id() & 0x7F == u16::from(own);
+                let id = frame.id() - if is_right { u16::from(own - left) } else { 0 };
+                let (s, us) = (at.as_micros() / 1_000_000, at.as_micros() % 1_000_000);
+                let data: String = frame
+                    .data()
+                    .iter()
+                    .map(|byte| format!("{byte:02X}"))
+                    .collect();
+                log.push_str(&format!("({s}.{us:06}) can0 {id:03X}#{data}\n"));
+            }
+            Fed::Ended(_) => return log,
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn two_boards_with_one_id_are_named_and_recorded_as_not_valid() {
+    let bench = Bench::with("two.log", log_of_two_boards_with_one_id());
+    let output = bench.run("record file:two.log@max -o two.mcap");
+    assert!(output.status.success());
+    let said = text(&output.stderr);
+    assert!(
+        said.starts_with("footfall: L: several boards with this id, no contact of it is valid; "),
+        "{said}"
+    );
+    assert_eq!(said.matches("several boards").count(), 1, "{said}");
+    assert!(count(&text(&output.stdout), "/footfall/L/contact") > 5000);
 }
 
 #[test]

@@ -9,6 +9,7 @@
 //! | a line that is read by a thread of its own, and opened again when it breaks | [`feed`] |
 //! | one foot, asked and set over its line | [`foot`] |
 //! | the foot's clock on that of the receiver | [`clock`] |
+//! | its rate and jitter, and whether one board alone sends them | [`newest_second`] |
 //!
 //! What the bytes mean, [`decode::live`] knows.
 
@@ -16,9 +17,11 @@ pub mod clock;
 pub mod feed;
 pub mod foot;
 pub mod link;
+pub mod newest_second;
 pub mod robot;
 pub mod source;
 
 pub use feed::Feed;
 pub use link::{Arrival, Link, LinkError, Sending};
+pub use newest_second::NewestSecond;
 pub use source::Source;

@@ -10,6 +10,9 @@
 //!
 //! Stamps are those of the samples, on the clock of the receiver: by numbered SYNCs where the foot has
 //! reported one, otherwise by the least delay of the newest seconds ([`FootClock`]).
+//!
+//! Contacts of several boards with one id ([`NewestSecond`]) say nothing about any of them: they are not
+//! valid, their probability is 0, there is no IMU, and diagnostics say why.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,6 +23,7 @@ use decode::row::Clock;
 use estimator_core::{
     Decision, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity, Vec3,
 };
+use live::NewestSecond;
 use live::clock::FootClock;
 use wire::uart::RawSample;
 use wire::{Counter, Emergency, Fault, Faults};
@@ -39,6 +43,9 @@ const DIAGNOSTIC_US: u64 = 1_000_000;
 /// An orientation or a rate that is older than this is not put beside an acceleration, µs: they are sent
 /// every 20 ms, unless set otherwise.
 const BESIDE_US: u64 = 25_000;
+
+/// What diagnostics say where several boards have one id.
+pub const SEVERAL_BOARDS: &str = "several boards with this id";
 
 /// What says that a value is not there.
 pub(crate) const ABSENT: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
@@ -69,6 +76,9 @@ struct Foot {
     topics: Topics,
     name: String,
     clock: FootClock,
+    second: NewestSecond,
+    /// Whether its newest contact was one of several boards.
+    is_shared: bool,
     flags: u8,
     faults: Faults,
     /// What the board counted, or the drops that it said on CAN.
@@ -85,6 +95,8 @@ impl Foot {
             topics: Topics::with_frame(name, frame),
             name: name.to_owned(),
             clock: FootClock::default(),
+            second: NewestSecond::default(),
+            is_shared: false,
             flags: 0,
             faults: Faults::NONE,
             counts: Vec::new(),
@@ -102,6 +114,8 @@ impl Foot {
     }
 
     fn contact(&mut self, row: &Row, at: Timestamp) -> (Contact, Option<Imu>) {
+        self.second.take(row.timestamp, row.segment, at);
+        self.is_shared = self.second.is_of_several_boards(at);
         let stamp = match row.common {
             Some((time, Clock::Sync)) => self.clock.synchronised(row.timestamp, at, time),
             _ => self.clock.time(row.timestamp, at),
@@ -122,6 +136,19 @@ impl Foot {
             flags: self.flags,
             sequence: row.sequence,
         };
+        if self.is_shared {
+            let contact = Contact {
+                p_stable: 0.0,
+                p_tangential: 0.0,
+                p_vertical: 0.0,
+                p_axes: [f32::NAN; 6],
+                decision: false,
+                state: state(Phase::Unknown),
+                valid: false,
+                ..contact
+            };
+            return (contact, None);
+        }
         let made = row.timestamp;
         self.orientation = row.orientation.map(|q| (q, made)).or(self.orientation);
         self.rate = row.rate.map(|rate| (rate, made)).or(self.rate);
@@ -160,14 +187,16 @@ impl Foot {
 
     fn diagnostics(&mut self, at: Timestamp) -> DiagnosticArray {
         self.diagnosed_us = Some(at.as_micros());
-        let level = if self.faults.void_estimate() {
+        let level = if self.is_shared || self.faults.void_estimate() {
             Level::Error
         } else if self.faults.is_empty() {
             Level::Ok
         } else {
             Level::Warn
         };
-        let names: Vec<_> = self.faults.iter().map(Fault::name).collect();
+        let shared = self.is_shared.then_some(SEVERAL_BOARDS);
+        let faults = self.faults.iter().map(Fault::name);
+        let names: Vec<_> = shared.into_iter().chain(faults).collect();
         let message = if names.is_empty() {
             "no fault".to_owned()
         } else {
@@ -221,7 +250,7 @@ impl Bridge {
             message,
         };
         let mut published = Vec::new();
-        let before = (foot.faults, foot.diagnosed_us.is_some());
+        let before = (foot.faults, foot.is_shared, foot.diagnosed_us.is_some());
         match &heard.said {
             Said::Contact(row) => {
                 let (contact, imu) = foot.contact(row, at);
@@ -270,14 +299,23 @@ impl Bridge {
                     Message::Number(Float64 { data }),
                 ));
             }
-            Said::BootUp => foot.faults = Faults::NONE,
+            Said::BootUp => {
+                foot.faults = Faults::NONE;
+                foot.second.start_again();
+            }
             _ => {}
         }
-        if foot.is_due(at) || before != (foot.faults, true) {
+        if foot.is_due(at) || before != (foot.faults, foot.is_shared, true) {
             let diagnostics = Message::Diagnostics(foot.diagnostics(at));
             published.push(publish(&DIAGNOSTICS.into(), diagnostics));
         }
         published
+    }
+
+    /// The names of feet whose newest contacts are of several boards with one id.
+    pub fn shared_ids(&self) -> impl Iterator<Item = &str> {
+        let shared = self.feet.values().filter(|foot| foot.is_shared);
+        shared.map(|foot| foot.name.as_str())
     }
 
     /// The foot that said it. On a serial line nobody knows which foot it is before its first health
@@ -364,5 +402,94 @@ fn with_gravity(acceleration: Vec3, orientation: Orientation) -> Vector3 {
         x: ax + GRAVITY * 2.0 * (x * z - w * y),
         y: ay + GRAVITY * 2.0 * (y * z + w * x),
         z: az + GRAVITY * (1.0 - 2.0 * (x * x + y * y)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use decode::live::Listener;
+    use live::feed::Fed;
+    use live::{Arrival, Feed};
+    use wire::{CanFrame, NodeId};
+
+    use super::*;
+
+    /// The messages of a robot with two feet, of which the right one has the id that `right` says.
+    fn messages(right: NodeId) -> Vec<Published> {
+        let source = "demo:feet=2,speed=max,seconds=3".parse();
+        let feed = Feed::open(source.expect("a source"));
+        let (mut listener, mut bridge) = (Listener::default(), Bridge::default());
+        let mut published = Vec::new();
+        loop {
+            match feed.next(Duration::from_secs(60)).expect("it ends") {
+                Fed::Arrived((at, Arrival::Frame { interface, frame })) => {
+                    let own = u16::from(wire::Foot::Right.default_node_id().get());
+                    let (id, data) = (frame.id(), frame.data());
+                    let is_right = id & 0x7F == own;
+                    let id = if is_right {
+                        id - own + u16::from(right.get())
+                    } else {
+                        id
+                    };
+                    let frame = CanFrame::new(id, data).expect("a frame");
+                    listener.frame(&interface, &frame, at);
+                }
+                Fed::Ended(_) => return published,
+                _ => {}
+            }
+            while let Some(heard) = listener.next_heard() {
+                let name = listener.name(&heard.foot);
+                published.extend(bridge.messages(&heard, name.as_deref()));
+            }
+        }
+    }
+
+    fn contacts(published: &[Published]) -> impl Iterator<Item = &Contact> {
+        published
+            .iter()
+            .filter_map(|published| match &published.message {
+                Message::Contact(contact) => Some(contact),
+                _ => None,
+            })
+    }
+
+    /// Whether diagnostics name several boards, one after the other.
+    fn diagnoses(published: &[Published]) -> Vec<bool> {
+        let of = |published: &Published| match &published.message {
+            Message::Diagnostics(array) => {
+                let status = array.status.first()?;
+                let says = status.message.contains(SEVERAL_BOARDS);
+                assert_eq!(says, matches!(status.level, Level::Error));
+                Some(says)
+            }
+            _ => None,
+        };
+        published.iter().filter_map(of).collect()
+    }
+
+    #[test]
+    fn two_boards_with_one_id_are_valid_for_a_tenth_of_a_second_at_the_most() {
+        let published = messages(wire::Foot::Left.default_node_id());
+        let all: Vec<_> = contacts(&published).collect();
+        assert!(all.len() > 5000, "{}", all.len());
+        for contact in &all[200..] {
+            assert!(!contact.valid && !contact.decision, "{contact:?}");
+            assert_eq!((contact.p_stable, contact.state), (0.0, 0));
+        }
+        let diagnoses = diagnoses(&published);
+        assert_eq!(diagnoses.first(), Some(&false));
+        assert!(
+            diagnoses[1..].iter().all(|several| *several),
+            "{diagnoses:?}"
+        );
+    }
+
+    #[test]
+    fn two_boards_with_an_id_each_are_never_taken_for_one() {
+        let published = messages(wire::Foot::Right.default_node_id());
+        assert!(contacts(&published).any(|contact| contact.valid && contact.p_stable > 0.5));
+        assert!(!diagnoses(&published).contains(&true));
     }
 }

@@ -6,33 +6,18 @@ use std::sync::Arc;
 use decode::Row;
 use decode::live::FootKey;
 use estimator_core::{Quaternion, Timestamp};
+use live::NewestSecond;
 use wire::node::State;
 use wire::{Fault, Faults};
 
 /// Probabilities that are kept for the curve: 16 s at 1 kHz.
 const CURVE: usize = 1 << 14;
 
-/// The time over which rate and jitter are taken, µs.
-const SECOND_US: u64 = 1_000_000;
-
 /// A fault that comes as soon after a boot-up was known before: it says why the foot has started, µs.
 const BOOT_US: u64 = 200_000;
 
 /// A foot that sends no contact for so long is silent, µs.
 const SILENT_US: u64 = 500_000;
-
-/// A board makes 1000 contacts a second, and its crystal is off by less than a thousandth: more than this are of
-/// several boards, Hz.
-const MOST_HZ: f32 = 1200.0;
-
-/// The number of contacts from which on a rate is believed.
-const FEWEST: usize = 200;
-
-/// A board sends its contacts in order. So many in a second that are not are of several boards.
-const MOST_DISORDERED: usize = 50;
-
-/// A board takes longer to start than a second divided by this: clocks that begin again more often are of several.
-const MOST_STARTS: usize = 3;
 
 /// A foot.
 #[derive(Clone, Debug)]
@@ -64,14 +49,7 @@ pub struct Foot {
     /// When it has last started, and the fault that caused it, where one did.
     pub started: Option<(Timestamp, Option<Fault>)>,
     curve: VecDeque<f32>,
-    /// The newest second: when each contact was made on the foot's clock, and received, µs.
-    second: VecDeque<(u64, u64)>,
-    /// When contacts of the newest second were received that were made before the one before, µs.
-    disordered: VecDeque<u64>,
-    /// When its clock began again in the newest second, µs.
-    starts: VecDeque<u64>,
-    /// When contacts were last seen that one board alone does not send, µs.
-    several_us: Option<u64>,
+    second: NewestSecond,
     /// The counter of drops in the newest health frame, modulo 2⁸.
     drops: Option<u8>,
 }
@@ -93,56 +71,19 @@ impl Foot {
             faults: Faults::NONE,
             started: None,
             curve: VecDeque::new(),
-            second: VecDeque::new(),
-            disordered: VecDeque::new(),
-            starts: VecDeque::new(),
-            several_us: None,
+            second: NewestSecond::default(),
             drops: None,
         }
     }
 
     pub(super) fn contact(&mut self, row: Row, at: Timestamp) {
-        let (made, received) = (row.timestamp.as_micros(), at.as_micros());
-        if self
-            .row
-            .as_ref()
-            .is_some_and(|last| last.segment != row.segment)
+        if let Some(last) = &self.row
+            && last.segment == row.segment
+            && let Some(missing) = self.second.missing_before(row.timestamp)
         {
-            self.second.clear();
-            self.starts.push_back(received);
+            self.missing = self.missing.saturating_add_signed(missing);
         }
-        if let Some((last, _)) = self.second.back()
-            && let Some(period) = self.period_us()
-        {
-            // A step of one period and a half has lost one; a step back was counted too far before.
-            let step = made.wrapping_sub(*last) as i64;
-            let period = period.cast_signed();
-            let periods = step.saturating_add(period / 2).div_euclid(period);
-            self.missing = self.missing.saturating_add_signed(periods - 1);
-        }
-        if self.second.back().is_some_and(|(last, _)| made < *last) {
-            self.disordered.push_back(received);
-        }
-        for times in [&mut self.disordered, &mut self.starts] {
-            while let Some(first) = times.front()
-                && received.saturating_sub(*first) > SECOND_US
-            {
-                times.pop_front();
-            }
-        }
-        self.second.push_back((made, received));
-        while let Some((first, _)) = self.second.front()
-            && made.saturating_sub(*first) > SECOND_US
-        {
-            self.second.pop_front();
-        }
-        let is_too_fast = self.rate_hz().is_some_and(|rate| rate > MOST_HZ);
-        if self.disordered.len() > MOST_DISORDERED
-            || self.starts.len() > MOST_STARTS
-            || self.second.len() > FEWEST && is_too_fast
-        {
-            self.several_us = Some(received);
-        }
+        self.second.take(row.timestamp, row.segment, at);
         if self.curve.len() == CURVE {
             self.curve.pop_front();
         }
@@ -166,7 +107,7 @@ impl Foot {
     pub(super) fn boot_up(&mut self, at: Timestamp) {
         self.started = Some((at, None));
         self.faults = Faults::NONE;
-        self.second.clear();
+        self.second.start_again();
         self.drops = None;
     }
 
@@ -179,43 +120,10 @@ impl Foot {
         }
     }
 
-    /// The time from one contact to the next, µs: the mean in the newest second of those that have lost
-    /// none.
-    fn period_us(&self) -> Option<u64> {
-        let times = self.second.iter().zip(self.second.iter().skip(1));
-        let steps = times.map(|((from, _), (to, _))| to.saturating_sub(*from));
-        let steps = steps.filter(|step| *step > 0);
-        // The time of a sample is that of its data-ready edge: a step varies by a sixth.
-        let longest = steps.clone().min()?.saturating_mul(3) / 2;
-        let (sum, count) = steps
-            .filter(|step| *step <= longest)
-            .fold((0_u64, 0_u64), |(sum, count), step| (sum + step, count + 1));
-        sum.checked_div(count)
-    }
-
-    /// Contacts in a second, on the foot's clock.
+    /// The newest second of its contacts.
     #[must_use]
-    pub fn rate_hz(&self) -> Option<f32> {
-        let ((first, _), (last, _)) = (self.second.front()?, self.second.back()?);
-        let steps = self.second.len() - 1;
-        let span = last.checked_sub(*first).filter(|span| *span > 0)?;
-        Some(steps as f32 * 1.0e6 / span as f32)
-    }
-
-    /// By how much the delay from contact to reception varied in the newest second, ms.
-    #[must_use]
-    pub fn jitter_ms(&self) -> Option<f32> {
-        let delays = self.second.iter();
-        let delays = delays.map(|(made, received)| received.wrapping_sub(*made) as i64);
-        let (least, most) = (delays.clone().min()?, delays.max()?);
-        Some((most - least) as f32 / 1000.0)
-    }
-
-    /// Whether contacts of the newest second are those of several boards with one id: they say nothing about any.
-    #[must_use]
-    pub fn is_of_several_boards(&self, now: Timestamp) -> bool {
-        let since = |seen| now.as_micros().saturating_sub(seen);
-        self.several_us.is_some_and(|seen| since(seen) < SECOND_US)
+    pub const fn second(&self) -> &NewestSecond {
+        &self.second
     }
 
     /// Whether no contact has come for half a second.

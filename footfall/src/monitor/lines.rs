@@ -3,15 +3,13 @@
 use std::io::{self, Write};
 
 use estimator_core::Decision;
+use ros::bridge::SEVERAL_BOARDS;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::foot::Foot;
 use super::robot::{Event, Robot};
 use crate::schema::Line;
-
-/// What is said where several boards have one id.
-pub const SEVERAL_BOARDS: &str = "several boards with this id";
 
 /// A foot as it is, for programs.
 #[derive(Debug, JsonSchema, Serialize)]
@@ -74,7 +72,7 @@ pub struct EventLine<'a> {
 
 fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
     let silent = foot.is_silent(robot.now());
-    let several_boards = foot.is_of_several_boards(robot.now());
+    let several_boards = foot.second().is_of_several_boards(robot.now());
     // What is old, or of two feet, is no answer to whether the foot stands.
     let row = foot.row.as_ref().filter(|_| !silent && !several_boards);
     FootLine {
@@ -89,8 +87,8 @@ fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
         decision: row.map(|row| u8::from(row.status.decision() == Decision::Stable)),
         flags: row.map(decode::Row::flag_names).unwrap_or_default(),
         faults: foot.faults.iter().map(wire::Fault::name).collect(),
-        rate_hz: foot.rate_hz(),
-        jitter_ms: foot.jitter_ms(),
+        rate_hz: foot.second().rate_hz(),
+        jitter_ms: foot.second().jitter_ms(),
         missing: foot.missing,
         dropped: foot.dropped,
         load_n: foot.load,

@@ -384,9 +384,9 @@ mod tests {
         assert_eq!(names, ["FL", "FR", "RL", "RR"]);
         for foot in robot.feet() {
             assert_eq!((foot.missing, foot.dropped), (0, 0), "{}", foot.name);
-            let rate = foot.rate_hz().expect("a rate");
+            let rate = foot.second().rate_hz().expect("a rate");
             assert!((995.0..1005.0).contains(&rate), "{rate}");
-            assert!(foot.jitter_ms().expect("a jitter") < 1.0);
+            assert!(foot.second().jitter_ms().expect("a jitter") < 1.0);
             assert!(foot.load.is_some() && foot.tilt.is_some() && foot.temperature.is_some());
             assert_eq!(foot.state, Some(wire::node::State::Operational));
             assert_eq!(foot.curve(80).len(), 80);
@@ -432,7 +432,7 @@ mod tests {
             robot.take(fed);
         }
         assert_eq!(robot.feet().len(), 1);
-        assert!(robot.feet()[0].is_of_several_boards(robot.now()));
+        assert!(robot.feet()[0].second().is_of_several_boards(robot.now()));
         let mut json = Vec::new();
         crate::monitor::lines::write_json(&robot, &mut json).expect("memory");
         let line: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
@@ -448,7 +448,7 @@ mod tests {
         ] {
             let robot = watched(source);
             for foot in robot.feet() {
-                assert!(!foot.is_of_several_boards(robot.now()), "{source}");
+                assert!(!foot.second().is_of_several_boards(robot.now()), "{source}");
             }
         }
     }

@@ -6,9 +6,9 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Sparkline};
+use ros::bridge::SEVERAL_BOARDS;
 
 use super::foot::Foot;
-use super::lines::SEVERAL_BOARDS;
 use super::robot::{Event, Robot};
 
 /// The least and the most lines of a foot: two of text, the others are its curve.
@@ -129,7 +129,7 @@ fn contact_line(robot: &Robot, foot: &Foot) -> Paragraph<'static> {
         spans.push(Span::raw("no contact yet"));
         return Paragraph::new(Line::from(spans));
     };
-    if foot.is_of_several_boards(robot.now()) {
+    if foot.second().is_of_several_boards(robot.now()) {
         spans.push(Span::styled(SEVERAL_BOARDS, Style::new().fg(Color::Red)));
         return Paragraph::new(Line::from(spans));
     }
@@ -172,10 +172,10 @@ fn health_line(foot: &Foot) -> Paragraph<'static> {
     for flag in flags.unwrap_or_default() {
         words.push(Span::styled(flag, Style::new().fg(Color::Yellow)));
     }
-    if let Some(rate) = foot.rate_hz() {
+    if let Some(rate) = foot.second().rate_hz() {
         words.push(Span::raw(format!("{rate:.0} Hz")));
     }
-    if let Some(jitter) = foot.jitter_ms() {
+    if let Some(jitter) = foot.second().jitter_ms() {
         words.push(Span::raw(format!("jitter {jitter:.1} ms")));
     }
     let lost = format!("missing {} dropped {}", foot.missing, foot.dropped);
