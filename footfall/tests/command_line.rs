@@ -163,7 +163,7 @@ fn a_signal_that_is_ignored_at_the_start_stays_so_and_the_others_work() {
             let kill = Command::new("kill").args(["-s", signal, &id]).status();
             assert!(kill.expect("kill").success());
         };
-        sleep(Duration::from_millis(1500));
+        bench.wait_for("walk.mcap");
         send(ignored);
         sleep(Duration::from_millis(300));
         assert!(child.try_wait().expect("a child").is_none(), "{ignored}");
