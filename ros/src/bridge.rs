@@ -3,7 +3,7 @@
 //! | topic | message | from |
 //! |---|---|---|
 //! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` | each contact |
-//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`, as `SERoW` takes it | each contact |
+//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`, as `SERoW` takes it | each contact; 0 where it is not valid, which a number alone cannot say |
 //! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot told the foot over CAN |
 //! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: to look at, not to integrate |
 //! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once where they change, otherwise once a second |
@@ -254,7 +254,11 @@ impl Bridge {
         match &heard.said {
             Said::Contact(row) => {
                 let (contact, imu) = foot.contact(row, at);
-                let data = f64::from(contact.p_stable);
+                let data = if contact.valid {
+                    f64::from(contact.p_stable)
+                } else {
+                    0.0
+                };
                 published.push(publish(&foot.topics.contact, Message::Contact(contact)));
                 let probability = Message::Number(Float64 { data });
                 published.push(publish(&foot.topics.probability, probability));
@@ -484,6 +488,29 @@ mod tests {
             diagnoses[1..].iter().all(|several| *several),
             "{diagnoses:?}"
         );
+    }
+
+    #[test]
+    fn a_number_alone_is_0_where_its_contact_is_not_valid() {
+        let published = messages(wire::Foot::Right.default_node_id());
+        let numbers = published
+            .iter()
+            .filter_map(|published| match published.message {
+                Message::Number(Float64 { data }) if published.topic.ends_with("probability") => {
+                    Some(data)
+                }
+                _ => None,
+            });
+        let mut doubtful = 0;
+        for (contact, number) in contacts(&published).zip(numbers) {
+            if contact.valid {
+                assert_eq!(number, f64::from(contact.p_stable));
+            } else {
+                doubtful += usize::from(contact.p_stable > 0.0);
+                assert_eq!(number, 0.0, "{contact:?}");
+            }
+        }
+        assert!(doubtful > 100, "{doubtful}");
     }
 
     #[test]

@@ -39,7 +39,7 @@ def compare(messages, probabilities, rows, reader):
         assert message.sequence == int(row["sequence"]), where
         for field in ["p_stable", "p_tangential", "p_vertical"]:
             assert same(getattr(message, field), single(row[field])), f"{where}: {field}"
-        assert number == message.p_stable, where
+        assert number == (message.p_stable if message.valid else 0.0), where
         for value, axis in zip(message.p_axes, AXES):
             assert same(value, single(row[axis])), f"{where}: {axis}"
         assert message.decision == (row["decision"] == "1"), where
