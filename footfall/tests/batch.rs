@@ -332,6 +332,9 @@ fn killed_after(bench: &Bench, out: &str, time: Duration) -> bool {
     was_running
 }
 
+/// How often a run is killed twice before the test gives up.
+const MOST_KILLS: u32 = 160;
+
 #[test]
 fn after_a_run_that_was_killed_another_gives_the_bytes_of_one_that_was_not() {
     let bench = lab();
@@ -345,10 +348,11 @@ fn after_a_run_that_was_killed_another_gives_the_bytes_of_one_that_was_not() {
     let expected = tree(&bench.path("whole"));
     let is_unfinished = |name: &PathBuf| name.display().to_string().ends_with(".part");
     let (mut killed, mut halfway) = (0, 0);
-    for k in 0..16 {
+    // On a busy machine few kills hit a run, and fewer a file that is being written: then there are more.
+    for k in 0..MOST_KILLS {
         let out = format!("killed{k}");
         // A second kill hits what the first has left.
-        for part in [k, 16 - k] {
+        for part in [k % 16, 16 - k % 16] {
             killed += u32::from(killed_after(&bench, &out, whole * part / 18));
         }
         let left = tree(&bench.path(&out));
@@ -362,11 +366,11 @@ fn after_a_run_that_was_killed_another_gives_the_bytes_of_one_that_was_not() {
         }
         report(&bench, &format!("logs --out {out}"));
         assert!(tree(&bench.path(&out)) == expected, "{k}");
+        if k >= 15 && killed >= 8 && halfway >= 2 {
+            return;
+        }
     }
-    assert!(
-        killed >= 8 && halfway >= 2,
-        "{killed} were running, {halfway} left an unfinished file"
-    );
+    panic!("{killed} were running, {halfway} left an unfinished file");
 }
 
 #[cfg(unix)]

@@ -3,8 +3,8 @@
 mod common;
 
 use std::process::{Command, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
-use std::{env, thread};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_footfall");
 
@@ -101,7 +101,8 @@ const LONGEST: Duration = Duration::from_secs(60);
 /// Runs a command in tmux, and looks at what is on the terminal until it has all of `words`.
 fn on_a_terminal(command: &str, columns: u16, rows: u16, keys: &[&str], words: &[&str]) {
     let session = format!("footfall-{columns}x{rows}-{}", std::process::id());
-    let socket = env::temp_dir().join(&session);
+    let folder = tempfile::tempdir().expect("a folder");
+    let socket = folder.path().join("tmux");
     let tmux = |arguments: &[&str]| {
         let run = Command::new("tmux")
             .arg("-S")

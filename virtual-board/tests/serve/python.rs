@@ -72,7 +72,7 @@ fn python_can_canopen_and_cantools_talk_to_a_foot_as_to_hardware() {
 
 /// What `cantools monitor` shows on a terminal, once it shows a contact.
 fn monitored_by_cantools(python: &std::path::Path, server: &Server) -> String {
-    let socket = std::env::temp_dir().join(format!("footfall-cantools-{}", std::process::id()));
+    let socket = server.path("tmux");
     let tmux = |arguments: &[&str]| {
         let run = Command::new("tmux")
             .arg("-S")
