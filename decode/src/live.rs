@@ -100,6 +100,12 @@ impl Listener {
         }
     }
 
+    /// From now on this node is a foot, too.
+    pub fn add(&mut self, node: NodeId) {
+        self.feet.add(node);
+        self.can.add(node);
+    }
+
     /// Takes in a frame that `interface` received at `at`.
     pub fn frame(&mut self, interface: &str, frame: &CanFrame, at: Timestamp) {
         let line = self.line(interface);
@@ -174,6 +180,7 @@ impl Listener {
 
     /// Nothing will come any more: every contact is handed on.
     pub fn finish(&mut self) {
+        self.can.finish();
         self.settle(Timestamp::from_micros(u64::MAX));
     }
 

@@ -140,6 +140,21 @@ impl Report {
         self.gaps += u64::from(missing > 0);
     }
 
+    /// Adds what was counted apart.
+    pub(super) fn add(&mut self, counted: Counted) {
+        self.gaps += counted.0.gaps;
+        self.missing += counted.0.missing;
+        self.duplicates += counted.0.duplicates;
+        for (problem, count) in counted.0.problems {
+            self.count_problems(problem, count);
+        }
+        let steps = (self.longest_step_s, counted.0.longest_step_s);
+        self.longest_step_s = match steps {
+            (Some(longest), Some(step)) => Some(longest.max(step)),
+            (longest, step) => longest.or(step),
+        };
+    }
+
     /// Notes the times of a row of a foot and of its next, µs.
     pub(super) fn count_step(&mut self, from: u64, to: u64) {
         let step = to.checked_sub(from).map(seconds);
@@ -158,6 +173,20 @@ impl Report {
         if let Some((_, clock)) = row.common {
             *self.clocks.entry(clock.name()).or_default() += 1;
         }
+    }
+}
+
+/// What is counted of one contact, while it is not known yet whether it is so.
+pub(super) struct Counted(pub(super) Report);
+
+impl Counted {
+    pub(super) const fn new() -> Self {
+        Self(Report::new(Medium::Can))
+    }
+
+    /// Whether the contact simply followed the one before.
+    pub(super) fn is_nothing(&self) -> bool {
+        self.0.missing == 0 && self.0.problems.is_empty()
     }
 }
 

@@ -19,6 +19,9 @@ use crate::messages::warn;
 /// How long nothing arrives before [`Sink::idle`] is called.
 const QUIET: Duration = Duration::from_millis(200);
 
+/// How long nothing arrives before it is looked whether feet are silent.
+const LOOK: Duration = Duration::from_millis(20);
+
 /// Where messages go.
 pub trait Sink {
     /// Takes a message.
@@ -66,6 +69,8 @@ pub struct Stream {
     feed: Feed,
     listener: Listener,
     bridge: Bridge,
+    /// The newest arrival: its time, and when that was.
+    newest: Option<(Timestamp, Instant)>,
     unreadable: u64,
     has_spoken: bool,
     /// Feet that several boards are, as it was last said.
@@ -86,6 +91,7 @@ impl Stream {
             feed: Feed::open(source),
             listener: Listener::new(Feet::default()),
             bridge,
+            newest: None,
             unreadable: 0,
             has_spoken: false,
             shared: BTreeSet::new(),
@@ -123,16 +129,14 @@ impl Stream {
     ) -> Result<Option<LinkError>, Error> {
         let mut ended = None;
         while ended.is_none() && !is_over(deadline) {
-            match self.feed.next(QUIET) {
+            match self.feed.next(LOOK) {
                 Some(Fed::Arrived((at, arrival))) => self.take(at, arrival),
                 Some(Fed::WaitsFor(error)) => warn_of_waiting(&error),
                 Some(Fed::NotSent(error)) => warn(error),
                 Some(Fed::Opened) => {}
                 Some(Fed::Ended(error)) => ended = Some(error),
                 None => {
-                    self.listener.idle(live::link::now());
-                    self.hand_on(sink)?;
-                    sink.idle()?;
+                    self.idle(sink)?;
                     continue;
                 }
             }
@@ -143,7 +147,32 @@ impl Stream {
         Ok(ended)
     }
 
+    /// Hands on that all feet are silent: nothing will come any more.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn end(&mut self, sink: &mut impl Sink) -> Result<(), Error> {
+        let mut last = self.bridge.end().into_iter();
+        last.try_for_each(|published| sink.publish(published))
+    }
+
+    /// Nothing has come for a while: time goes on without it.
+    fn idle(&mut self, sink: &mut impl Sink) -> Result<(), Error> {
+        let Some((at, arrived)) = self.newest else {
+            return Ok(());
+        };
+        let quiet = arrived.elapsed();
+        let now_us = at.as_micros().saturating_add(quiet.as_micros() as u64);
+        let now = Timestamp::from_micros(now_us);
+        self.listener.idle(now);
+        self.hand_on(sink)?;
+        let mut silent = self.bridge.idle(now).into_iter();
+        silent.try_for_each(|published| sink.publish(published))?;
+        if quiet >= QUIET { sink.idle() } else { Ok(()) }
+    }
+
     fn take(&mut self, at: Timestamp, arrival: Arrival) {
+        self.newest = Some((at, Instant::now()));
         if arrival.hand_to(&mut self.listener, at).is_some() {
             self.unreadable += 1;
         }

@@ -10,6 +10,9 @@ use estimator_core::Timestamp;
 /// The time over which rate and jitter are taken, µs.
 const SECOND_US: u64 = 1_000_000;
 
+/// A foot that sends no contact for so long is silent, µs.
+pub const SILENT_US: u64 = 500_000;
+
 /// A board makes 1000 contacts a second, and its crystal is off by less than a thousandth: more than this are of
 /// several boards, Hz.
 const MOST_HZ: f32 = 1200.0;

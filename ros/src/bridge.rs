@@ -11,7 +11,8 @@
 //! Stamps are those of the samples, on the clock of the receiver: by numbered SYNCs where the foot has
 //! reported one, otherwise by the least delay of the newest seconds ([`FootClock`]).
 //!
-//! Contacts of several boards with one id ([`NewestSecond`]) say nothing about any of them: they are not
+//! A foot of which no contact comes for half a second is silent: its probability is 0, and diagnostics say
+//! so. Contacts of several boards with one id ([`NewestSecond`]) say nothing about any of them: they are not
 //! valid, their probability is 0, there is no IMU, and diagnostics say why.
 
 use std::collections::BTreeMap;
@@ -25,9 +26,12 @@ use estimator_core::{
 };
 use live::NewestSecond;
 use live::clock::FootClock;
+use live::newest_second::SILENT_US;
 use wire::uart::RawSample;
 use wire::{Counter, Emergency, Fault, Faults};
 
+use crate::compat::{AllFeet, Compat};
+use crate::listening::Listening;
 use crate::message::{
     Contact, DiagnosticArray, DiagnosticStatus, Float64, Header, Imu, KeyValue, Level, Message,
     Quaternion, Time, Vector3,
@@ -43,6 +47,9 @@ const DIAGNOSTIC_US: u64 = 1_000_000;
 /// An orientation or a rate that is older than this is not put beside an acceleration, µs: they are sent
 /// every 20 ms, unless set otherwise.
 const BESIDE_US: u64 = 25_000;
+
+/// What diagnostics say of a foot from which no contact comes.
+pub const SILENT: &str = "silent: no contact for half a second";
 
 /// What diagnostics say where several boards have one id.
 pub const SEVERAL_BOARDS: &str = "several boards with this id";
@@ -68,6 +75,9 @@ pub struct Bridge {
     feet: BTreeMap<FootKey, Foot>,
     /// Names of feet on serial lines, by line, from their first health message on.
     lines: BTreeMap<Arc<str>, FootKey>,
+    listening: Listening,
+    /// What is made of all feet for others.
+    all_feet: Option<AllFeet>,
 }
 
 /// What is known of a foot.
@@ -77,6 +87,9 @@ struct Foot {
     name: String,
     clock: FootClock,
     second: NewestSecond,
+    /// When its newest contact came, as time of listening, µs.
+    contact_us: Option<u64>,
+    is_silent: bool,
     /// Whether its newest contact was one of several boards.
     is_shared: bool,
     flags: u8,
@@ -96,6 +109,8 @@ impl Foot {
             name: name.to_owned(),
             clock: FootClock::default(),
             second: NewestSecond::default(),
+            contact_us: None,
+            is_silent: false,
             is_shared: false,
             flags: 0,
             faults: Faults::NONE,
@@ -187,16 +202,19 @@ impl Foot {
 
     fn diagnostics(&mut self, at: Timestamp) -> DiagnosticArray {
         self.diagnosed_us = Some(at.as_micros());
-        let level = if self.is_shared || self.faults.void_estimate() {
+        let level = if self.is_silent {
+            Level::Stale
+        } else if self.is_shared || self.faults.void_estimate() {
             Level::Error
         } else if self.faults.is_empty() {
             Level::Ok
         } else {
             Level::Warn
         };
+        let silent = self.is_silent.then_some(SILENT);
         let shared = self.is_shared.then_some(SEVERAL_BOARDS);
         let faults = self.faults.iter().map(Fault::name);
-        let names: Vec<_> = shared.into_iter().chain(faults).collect();
+        let names: Vec<_> = silent.into_iter().chain(shared).chain(faults).collect();
         let message = if names.is_empty() {
             "no fault".to_owned()
         } else {
@@ -213,6 +231,11 @@ impl Foot {
             header: self.header(at),
             status: vec![status],
         }
+    }
+
+    /// What diagnostics say at once where it changes.
+    const fn condition(&self) -> (Faults, bool, bool) {
+        (self.faults, self.is_silent, self.is_shared)
     }
 
     fn is_due(&self, at: Timestamp) -> bool {
@@ -237,23 +260,36 @@ impl Bridge {
             frame: frame.to_owned(),
             feet: BTreeMap::new(),
             lines: BTreeMap::new(),
+            listening: Listening::default(),
+            all_feet: None,
         }
+    }
+
+    /// The same with messages of all feet for others.
+    #[must_use]
+    pub fn with_compat(mut self, compat: Compat) -> Self {
+        self.all_feet = Some(AllFeet::new(compat));
+        self
     }
 
     /// The messages of something that was heard; `name` is what the foot is called, where it has a name.
     pub fn messages(&mut self, heard: &Heard, name: Option<&str>) -> Vec<Published> {
-        let foot = self.foot(heard, name);
         let at = heard.at;
+        let listened_us = self.listening.arrive(at);
+        let foot = self.foot(heard, name);
+        let mut of_all = None;
         let publish = |topic: &Arc<str>, message| Published {
             topic: Arc::clone(topic),
             at,
             message,
         };
         let mut published = Vec::new();
-        let before = (foot.faults, foot.is_shared, foot.diagnosed_us.is_some());
+        let before = (foot.condition(), foot.diagnosed_us.is_some());
         match &heard.said {
             Said::Contact(row) => {
                 let (contact, imu) = foot.contact(row, at);
+                (foot.contact_us, foot.is_silent) = (Some(listened_us), false);
+                of_all = Some(contact.clone());
                 let data = if contact.valid {
                     f64::from(contact.p_stable)
                 } else {
@@ -309,11 +345,65 @@ impl Bridge {
             }
             _ => {}
         }
-        if foot.is_due(at) || before != (foot.faults, foot.is_shared, true) {
+        if foot.is_due(at) || before != (foot.condition(), true) {
             let diagnostics = Message::Diagnostics(foot.diagnostics(at));
             published.push(publish(&DIAGNOSTICS.into(), diagnostics));
         }
+        if let Some(all_feet) = &mut self.all_feet {
+            published.extend(match of_all {
+                Some(contact) => all_feet.take(&contact, at),
+                None => all_feet.hear(at),
+            });
+        }
+        self.fall_silent(listened_us, at, &mut published);
         published
+    }
+
+    /// The messages that are due where nothing has come until `now`: feet have fallen silent.
+    pub fn idle(&mut self, now: Timestamp) -> Vec<Published> {
+        let listened_us = self.listening.idle(now);
+        let all_feet = self.all_feet.as_mut();
+        let mut published: Vec<_> = all_feet
+            .and_then(|feet| feet.idle(now))
+            .into_iter()
+            .collect();
+        self.fall_silent(listened_us, now, &mut published);
+        published
+    }
+
+    /// The messages that are due where nothing will come any more: all feet are silent.
+    pub fn end(&mut self) -> Vec<Published> {
+        let all_feet = self.all_feet.as_mut();
+        let mut published: Vec<_> = all_feet.and_then(AllFeet::end).into_iter().collect();
+        self.fall_silent(u64::MAX, self.listening.now(), &mut published);
+        published
+    }
+
+    /// Adds the messages of feet that are silent at `listened_us`, at once and then once a second.
+    fn fall_silent(&mut self, listened_us: u64, at: Timestamp, published: &mut Vec<Published>) {
+        let publish = |topic: &Arc<str>, message| Published {
+            topic: Arc::clone(topic),
+            at,
+            message,
+        };
+        for foot in self.feet.values_mut() {
+            if foot
+                .contact_us
+                .is_none_or(|us| listened_us - us < SILENT_US)
+            {
+                continue;
+            }
+            if !foot.is_silent {
+                foot.is_silent = true;
+                foot.diagnosed_us = None;
+                let nothing = Message::Number(Float64 { data: 0.0 });
+                published.push(publish(&foot.topics.probability, nothing));
+            }
+            if foot.is_due(at) {
+                let diagnostics = Message::Diagnostics(foot.diagnostics(at));
+                published.push(publish(&DIAGNOSTICS.into(), diagnostics));
+            }
+        }
     }
 
     /// The names of feet whose newest contacts are of several boards with one id.
@@ -518,5 +608,69 @@ mod tests {
         let published = messages(wire::Foot::Right.default_node_id());
         assert!(contacts(&published).any(|contact| contact.valid && contact.p_stable > 0.5));
         assert!(!diagnoses(&published).contains(&true));
+    }
+
+    /// What is published of a foot from its last contact on, as text.
+    fn last_words(published: &[Published]) -> Vec<String> {
+        let words = published.iter().map(|published| match &published.message {
+            Message::Number(number) => format!("{} {}", published.topic, number.data),
+            Message::Diagnostics(array) => array.status[0].message.clone(),
+            Message::Champ(champ) => format!("{:?}", champ.contacts),
+            other => panic!("{other:?}"),
+        });
+        words.collect()
+    }
+
+    #[test]
+    fn a_foot_that_falls_silent_has_the_probability_0_and_is_said_to_be_silent_once_a_second() {
+        let mut bridge = Bridge::default().with_compat(Compat::Champ);
+        let contact = |bridge: &mut Bridge, ms: u64| {
+            let at = Timestamp::from_micros(1000 * ms);
+            let row = Row {
+                timestamp: at,
+                foot: Some("FL".into()),
+                ..Row::default()
+            };
+            let said = Said::Contact(Box::new(row));
+            let foot = FootKey::default();
+            bridge.messages(&Heard { at, foot, said }, None)
+        };
+        (0..100).for_each(|ms| drop(contact(&mut bridge, ms)));
+        let mut idle = |from_ms: u64, to_ms: u64| -> Vec<(u64, String)> {
+            let times = (from_ms..to_ms).step_by(20);
+            let words = times.flat_map(|ms| {
+                let published = bridge.idle(Timestamp::from_micros(1000 * ms));
+                last_words(&published)
+                    .into_iter()
+                    .map(move |words| (ms, words))
+            });
+            words.collect()
+        };
+        let none_stands = "[false, false, false, false]";
+        let all = idle(110, 2000);
+        let of_all = all.iter().filter(|(_, words)| words == none_stands);
+        assert_eq!(of_all.count(), 95);
+        let rest: Vec<_> = all
+            .iter()
+            .filter(|(_, words)| words != none_stands)
+            .collect();
+        let number = "/footfall/FL/contact/probability 0".to_owned();
+        let expected = [
+            (610, number),
+            (610, SILENT.to_owned()),
+            (1610, SILENT.to_owned()),
+        ];
+        assert!(rest.iter().copied().eq(&expected), "{rest:?}");
+        let back = contact(&mut bridge, 2000);
+        let said = back
+            .iter()
+            .filter_map(|published| match &published.message {
+                Message::Diagnostics(array) => Some(array.status[0].message.as_str()),
+                _ => None,
+            });
+        assert!(said.eq(["no fault"]));
+        let last = last_words(&bridge.end());
+        assert_eq!(last.len(), 3, "{last:?}");
+        assert_eq!((last[0].as_str(), last[2].as_str()), (none_stands, SILENT));
     }
 }

@@ -6,14 +6,15 @@
 //! | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the probabilities |
 //!
 //! Both have left front, right front, left hind, right hind, in this order. A message is made as soon as
-//! each of the four has said something new; where one is silent for 20 ms, without it. What is not valid
-//! or silent does not stand: false, 0.
+//! each of the four has said something new; where one is silent for 20 ms, without it, also where all are.
+//! What is not valid or silent does not stand: false, 0.
 
 use std::sync::Arc;
 
 use estimator_core::Timestamp;
 
 use crate::bridge::Published;
+use crate::listening::Listening;
 use crate::message::{Contact, ContactsStamped, Header, Message, QuadrupedStance, Time};
 
 /// How long a foot is waited for, µs.
@@ -37,8 +38,9 @@ pub struct AllFeet {
     compat: Compat,
     topic: Arc<str>,
     feet: [Option<Stance>; 4],
-    /// When the newest message was made, or the first contact came.
-    made: Option<Timestamp>,
+    listening: Listening,
+    /// When the newest message was made, or the first contact came, as time of listening, µs.
+    made_us: Option<u64>,
 }
 
 /// What a foot has said since the newest message.
@@ -61,7 +63,8 @@ impl AllFeet {
             compat,
             topic: topic.into(),
             feet: [None; 4],
-            made: None,
+            listening: Listening::default(),
+            made_us: None,
         }
     }
 
@@ -75,15 +78,47 @@ impl AllFeet {
             stands: contact.valid && contact.decision,
             stamp: contact.header.stamp,
         });
-        let made = *self.made.get_or_insert(at);
-        let since_us = at.as_micros().saturating_sub(made.as_micros());
-        if self.feet.iter().any(Option::is_none) && since_us < SILENT_US {
-            return None;
+        let listened_us = self.listening.arrive(at);
+        self.made_us.get_or_insert(listened_us);
+        if self.feet.iter().all(Option::is_some) {
+            return Some(self.make(at));
         }
-        self.made = Some(at);
+        self.due(listened_us, at)
+    }
+
+    /// Something that is no contact was received at `at`: the message that is due, where there were
+    /// contacts before.
+    pub fn hear(&mut self, at: Timestamp) -> Option<Published> {
+        let listened_us = self.listening.arrive(at);
+        self.due(listened_us, at)
+    }
+
+    /// Nothing has come until `now`: the message that is due, where there were contacts before.
+    pub fn idle(&mut self, now: Timestamp) -> Option<Published> {
+        let listened_us = self.listening.idle(now);
+        self.due(listened_us, now)
+    }
+
+    fn due(&mut self, listened_us: u64, at: Timestamp) -> Option<Published> {
+        (listened_us - self.made_us? >= SILENT_US).then(|| self.make(at))
+    }
+
+    /// Nothing will come any more: the message that none stands, where there were contacts before.
+    pub fn end(&mut self) -> Option<Published> {
+        self.made_us?;
+        self.feet = [None; 4];
+        let now = self.listening.now();
+        Some(self.make(now))
+    }
+
+    /// The message of what is known, at `at`.
+    fn make(&mut self, at: Timestamp) -> Published {
+        self.made_us = Some(self.listening.us());
         let feet = std::mem::take(&mut self.feet);
+        let newest = feet.iter().flatten().map(|foot| foot.stamp).max();
         let header = Header {
-            stamp: feet.iter().flatten().map(|foot| foot.stamp).max()?,
+            // Where all are silent, it is so now.
+            stamp: newest.unwrap_or_else(|| at.into()),
             // All feet have no frame in common.
             frame_id: String::new(),
         };
@@ -105,11 +140,11 @@ impl AllFeet {
                 })
             }
         };
-        Some(Published {
+        Published {
             topic: Arc::clone(&self.topic),
             at,
             message,
-        })
+        }
     }
 }
 
@@ -180,5 +215,46 @@ mod tests {
             .collect();
         let times = [20_000, 40_000].map(|us| (us, [0.9, 0.9, 0.9, 0.0]));
         assert_eq!(made(Compat::Pronto, &contacts), times);
+    }
+
+    #[test]
+    fn where_all_feet_fall_silent_none_stands_and_at_the_end_neither() {
+        let mut all = AllFeet::new(Compat::Champ);
+        let micros = Timestamp::from_micros;
+        assert_eq!((all.idle(micros(5)), all.end()), (None, None));
+        let of = |published: Option<Published>| match published?.message {
+            Message::Champ(message) => Some((message.header.stamp, message.contacts)),
+            other => panic!("{other:?}"),
+        };
+        for foot in ["FL", "FR", "RL", "RR"] {
+            let (contact, at) = contact(foot, 0.9, 10_000);
+            let stands = of(all.take(&contact, at)).map(|(_, contacts)| contacts);
+            assert_eq!(stands, (foot == "RR").then(|| vec![true; 4]));
+        }
+        assert_eq!(all.idle(micros(29_000)), None);
+        let none = |us| Some((micros(us).into(), vec![false; 4]));
+        assert_eq!(of(all.idle(micros(30_000))), none(30_000));
+        assert_eq!(all.idle(micros(49_000)), None);
+        assert_eq!(of(all.idle(micros(51_000))), none(51_000));
+        all.take(&contact("FL", 0.9, 60_000).0, micros(60_000));
+        // Loads and heartbeats go on.
+        let mut others = (0..20).filter_map(|ms| of(all.hear(micros(61_000 + 1000 * ms))));
+        let (_, contacts) = others.next().expect("one is due");
+        assert_eq!(
+            (contacts, others.next()),
+            (vec![true, false, false, false], None)
+        );
+        assert_eq!(of(all.end()), none(80_000));
+    }
+
+    #[test]
+    fn feet_that_come_late_because_this_machine_has_stalled_are_not_silent() {
+        let contacts: Vec<_> = [0, 1000, 901_000, 902_000]
+            .into_iter()
+            .flat_map(|us| ["FL", "FR", "RL", "RR"].map(|foot| (foot, 0.9, us)))
+            .collect();
+        let messages = made(Compat::Pronto, &contacts);
+        assert_eq!(messages.len(), 4);
+        assert!(messages.iter().all(|(_, stands)| *stands == [0.9; 4]));
     }
 }

@@ -34,6 +34,7 @@ use super::report::{EmergencyReport, Medium, Report};
 use super::row::Clock;
 use super::{DecodeError, Feet, Outcome, Row, Sink};
 use crate::can_log::{Content, Other, Reader, Times};
+use crate::report::Counted;
 use foot::LoggedFoot;
 use pending::Pending;
 use rows::{Belongs, complete, kind_name, row_of};
@@ -89,6 +90,7 @@ pub(super) fn decode(
         }
         log.rows.settle(&mut log.report, sink)?;
     }
+    log.finish();
     log.rows.settle_all(&mut log.report, sink)?;
     if malformed > NAMED_LINES {
         let others = malformed - NAMED_LINES;
@@ -135,6 +137,8 @@ pub(crate) struct Log {
     pub(crate) report: Report,
     /// By interface and node id: two buses may have a foot of the same id each.
     feet: BTreeMap<(String, u8), LoggedFoot>,
+    /// Feet whose newest contact is number 0.
+    first: BTreeMap<(String, u8), First>,
     /// How often each has started again.
     segments: BTreeMap<(String, u8), u32>,
     /// Of each interface.
@@ -148,12 +152,23 @@ pub(crate) struct Log {
     reception: Reception,
 }
 
+/// A contact of number 0, which may be the first after a start: a foot that starts has its first contact and
+/// its boot-up to send, and the contact has the lower identifier. So the boot-up comes after it.
+struct First {
+    contact: Contact,
+    index: usize,
+    at: Option<Timestamp>,
+    /// What it is where no boot-up follows.
+    counted: Counted,
+}
+
 impl Log {
     pub(crate) fn new(known: Feet, reception: Reception) -> Self {
         Self {
             rows: Pending::default(),
             report: Report::new(Medium::Can),
             feet: BTreeMap::new(),
+            first: BTreeMap::new(),
             segments: BTreeMap::new(),
             syncs: BTreeMap::new(),
             known,
@@ -224,9 +239,40 @@ impl Log {
     /// Forgets what the foot was: its clock and its numbers begin again.
     fn boot_up(&mut self, interface: &str, node: NodeId) {
         let key = (interface.to_owned(), node.get());
-        if self.feet.remove(&key).is_some() {
-            self.report.restarts += 1;
-            *self.segments.entry(key).or_default() += 1;
+        if self.feet.remove(&key).is_none() {
+            return;
+        }
+        self.report.restarts += 1;
+        let segment = self.segments.entry(key.clone()).or_default();
+        *segment += 1;
+        match self.first.remove(&key) {
+            Some(first) if !first.counted.is_nothing() => {
+                let First {
+                    contact, index, at, ..
+                } = first;
+                let mut foot = LoggedFoot::new(&contact, index, at, self.reception);
+                let micros = foot.take(&contact, index, at, &mut self.report);
+                if let (Some(row), Some(micros)) = (self.rows.get_mut(index), micros) {
+                    row.timestamp = Timestamp::from_micros(micros);
+                    row.segment = *segment;
+                    row.common = at.map(|at| (at, Clock::Received));
+                }
+                self.feet.insert(key, foot);
+            }
+            Some(first) => self.report.add(first.counted),
+            None => {}
+        }
+    }
+
+    /// From now on this node is a foot, too.
+    pub(crate) fn add(&mut self, node: NodeId) {
+        self.known.add(node);
+    }
+
+    /// Nothing will come any more.
+    pub(crate) fn finish(&mut self) {
+        for (_, first) in std::mem::take(&mut self.first) {
+            self.report.add(first.counted);
         }
     }
 
@@ -350,11 +396,32 @@ impl Log {
     fn contact(&mut self, interface: &str, node: NodeId, contact: &Contact, at: Option<Timestamp>) {
         let key = (interface.to_owned(), node.get());
         let index = self.rows.next_index();
+        if let Some(first) = self.first.remove(&key) {
+            self.report.add(first.counted);
+        }
         let known = self.feet.get(&key).cloned();
+        let may_be_first = known.is_some() && contact.sequence == 0;
         let mut foot = known.unwrap_or_else(|| LoggedFoot::new(contact, index, at, self.reception));
-        let Some(micros) = foot.take(contact, index, at, &mut self.report) else {
+        let mut counted = Counted::new();
+        let report = if may_be_first {
+            &mut counted.0
+        } else {
+            &mut self.report
+        };
+        let Some(micros) = foot.take(contact, index, at, report) else {
+            self.report.add(counted);
             return;
         };
+        if may_be_first {
+            let contact = *contact;
+            let first = First {
+                contact,
+                index,
+                at,
+                counted,
+            };
+            self.first.insert(key.clone(), first);
+        }
         let mut row = row_of(contact, micros, node);
         row.interface = self.name(interface);
         row.foot = self.known.name(node);

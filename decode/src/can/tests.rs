@@ -59,6 +59,40 @@ fn the_logs_clock_bridges_what_the_foots_short_one_cannot() {
     assert_eq!(decoded.report.longest_step_s, Some(10.0));
 }
 
+#[test]
+fn the_first_contact_after_a_start_is_of_the_new_start_though_it_comes_before_the_boot_up() {
+    let before = (0..300_u16).map(|k| contact("can0", 1000 + u64::from(k), k as u8, 100 * k));
+    let mut log: String = before.collect();
+    log += &contact("can0", 1400, 0, 600);
+    log += "(1.400000) can0 711#00\n";
+    log += &contact("can0", 1401, 1, 700);
+    log += &contact("can0", 1402, 2, 800);
+    let decoded = decode(&log, "can.log", &[]);
+    let Report {
+        missing, restarts, ..
+    } = decoded.report;
+    assert_eq!((missing, restarts), (0, 1), "{:?}", decoded.report);
+    assert_eq!(decoded.report.problems.len(), 0);
+    let last: Vec<_> = decoded.rows.iter().rev().take(4).collect();
+    let last: Vec<_> = last
+        .iter()
+        .rev()
+        .map(|row| (row.segment, row.timestamp.as_micros()))
+        .collect();
+    assert_eq!(last, [(0, 299_000), (1, 6_000), (1, 7_000), (1, 8_000)]);
+    // Where no boot-up follows, something is missing.
+    let log = log.replace("(1.400000) can0 711#00\n", "");
+    assert!(decode(&log, "can.log", &[]).report.missing > 0);
+    // A number 0 that follows the one before is of the old start.
+    let mut log: String = (0..257_u16)
+        .map(|k| contact("can0", 1000 + u64::from(k), k as u8, 100 * k))
+        .collect();
+    log += "(1.257000) can0 711#00\n";
+    let decoded = decode(&log, "can.log", &[]);
+    let last = decoded.rows.last().expect("a row");
+    assert_eq!((last.segment, last.timestamp.as_micros()), (0, 256_000));
+}
+
 /// A contact a millisecond, on both clocks, from just before the short one's turn.
 fn steady(count: u16) -> Vec<String> {
     let contact = |k: u16| {

@@ -7,7 +7,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use clap::{Args, ValueEnum};
 use live::link::pace::Speed;
 use live::{LinkError, Source};
-use ros::{AllFeet, Bridge, Compat, Message, Published};
+use ros::{Bridge, Compat, Published};
 use ros_node::{FootNode, Options, Reliability};
 
 use super::monitor::SOURCES;
@@ -100,19 +100,16 @@ pub enum ReliabilityOption {
     BestEffort,
 }
 
-/// A node, and what is made for others.
-struct Publishing {
-    node: FootNode,
-    all_feet: Option<AllFeet>,
-}
-
 impl Ros2Arguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let compat = self.compat.map(|compat| match compat {
             CompatOption::Pronto => Compat::Pronto,
             CompatOption::Champ => Compat::Champ,
         });
-        let bridge = Bridge::new(&self.frame_id);
+        let mut bridge = Bridge::new(&self.frame_id);
+        if let Some(compat) = compat {
+            bridge = bridge.with_compat(compat);
+        }
         let options = Options {
             domain_id: self.domain_id,
             networks: networks(self.network),
@@ -130,13 +127,12 @@ impl Ros2Arguments {
         finish_when_interrupted();
         let mut stream = Stream::with_bridge(self.source.at_speed(Speed::REAL), bridge);
         stream.wait_until_open()?;
-        let mut publishing = Publishing {
-            node: FootNode::new(options)?,
-            all_feet: compat.map(AllFeet::new),
-        };
-        let ended = stream.run(deadline(self.seconds), &mut publishing)?;
+        let mut node = FootNode::new(options)?;
+        let ended = stream.run(deadline(self.seconds), &mut node)?;
+        // Whoever has subscribed does not stay with the newest contacts.
+        stream.end(&mut node)?;
         stream.report();
-        publishing.finish()?;
+        finish(node)?;
         match ended {
             None | Some(LinkError::Ended(_)) => Ok(()),
             Some(error) => Err(error.into()),
@@ -144,14 +140,9 @@ impl Ros2Arguments {
     }
 }
 
-impl Sink for Publishing {
+impl Sink for FootNode {
     fn publish(&mut self, published: Published) -> Result<(), Error> {
-        let all_feet = match (&mut self.all_feet, &published.message) {
-            (Some(all_feet), Message::Contact(contact)) => all_feet.take(contact, published.at),
-            _ => None,
-        };
-        self.node.publish(published)?;
-        all_feet.map_or(Ok(()), |all_feet| Ok(self.node.publish(all_feet)?))
+        Ok(Self::publish(self, published)?)
     }
 
     fn idle(&mut self) -> Result<(), Error> {
@@ -159,22 +150,20 @@ impl Sink for Publishing {
     }
 }
 
-impl Publishing {
-    /// Leaves; says what was sent and what was not.
-    fn finish(self) -> Result<(), Error> {
-        let counts = self.node.counts();
-        let mut text = String::new();
-        for (topic, count) in &counts {
-            // Writing to memory does not fail.
-            let _ = writeln!(text, "{:>9} {topic}", count.sent);
-        }
-        for (topic, count) in counts.iter().filter(|(_, count)| count.not_sent > 0) {
-            warn(format!(
-                "{topic}: {} messages were not sent: a reliable subscriber did not keep up",
-                count.not_sent
-            ));
-        }
-        self.node.finish();
-        print_text(&text).map_err(Error::Print)
+/// Leaves; says what was sent and what was not.
+fn finish(node: FootNode) -> Result<(), Error> {
+    let counts = node.counts();
+    let mut text = String::new();
+    for (topic, count) in &counts {
+        // Writing to memory does not fail.
+        let _ = writeln!(text, "{:>9} {topic}", count.sent);
     }
+    for (topic, count) in counts.iter().filter(|(_, count)| count.not_sent > 0) {
+        warn(format!(
+            "{topic}: {} messages were not sent: a reliable subscriber did not keep up",
+            count.not_sent
+        ));
+    }
+    node.finish();
+    print_text(&text).map_err(Error::Print)
 }

@@ -7,6 +7,7 @@ use decode::Row;
 use decode::live::FootKey;
 use estimator_core::{Quaternion, Timestamp};
 use live::NewestSecond;
+use live::newest_second::SILENT_US;
 use wire::node::State;
 use wire::{Fault, Faults};
 
@@ -15,9 +16,6 @@ const CURVE: usize = 1 << 14;
 
 /// A fault that comes as soon after a boot-up was known before: it says why the foot has started, µs.
 const BOOT_US: u64 = 200_000;
-
-/// A foot that sends no contact for so long is silent, µs.
-const SILENT_US: u64 = 500_000;
 
 /// A foot.
 #[derive(Clone, Debug)]

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use decode::live::Heard;
+use estimator_core::Timestamp;
 use ros::Bridge;
 
 use crate::error::Error;
@@ -50,6 +51,15 @@ impl Recorder {
     /// The file cannot be written.
     pub fn record(&mut self, heard: &Heard, name: Option<&str>) -> Result<(), Error> {
         let mut messages = self.bridge.messages(heard, name).into_iter();
+        messages.try_for_each(|published| self.to.publish(published))
+    }
+
+    /// Records what is due where nothing has come until `now`.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn idle(&mut self, now: Timestamp) -> Result<(), Error> {
+        let mut messages = self.bridge.idle(now).into_iter();
         messages.try_for_each(|published| self.to.publish(published))
     }
 

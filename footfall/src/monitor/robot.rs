@@ -14,6 +14,7 @@ use wire::{Counter, Emergency, Fault};
 
 use super::foot::Foot;
 use super::recorder::Recorder;
+use crate::error::Error;
 
 /// Events that are kept.
 const EVENTS: usize = 1000;
@@ -120,6 +121,8 @@ impl Robot {
             self.now = now;
             self.listener.idle(now);
             self.take_heard();
+            let recorded = self.recorder.as_mut().map(|recorder| recorder.idle(now));
+            self.end_recording_that_fails(recorded.unwrap_or(Ok(())));
         }
     }
 
@@ -264,7 +267,12 @@ impl Robot {
             return;
         };
         let name = self.listener.name(&heard.foot);
-        if let Err(error) = recorder.record(heard, name.as_deref()) {
+        let recorded = recorder.record(heard, name.as_deref());
+        self.end_recording_that_fails(recorded);
+    }
+
+    fn end_recording_that_fails(&mut self, recorded: Result<(), Error>) {
+        if let Err(error) = recorded {
             self.recorder = None;
             self.say(None, format!("recording ended: {error}"));
         }

@@ -42,6 +42,16 @@ pub fn numbers(client: &mut Client) -> Result<Vec<(Named, f32)>, RequestError> {
     })
 }
 
+/// What the foot has kept of that, which it starts with, each number with its name and unit.
+///
+/// # Errors
+/// A request came to nothing.
+pub fn kept(client: &mut Client) -> Result<Vec<(Named, f32)>, RequestError> {
+    read(client, |named| {
+        named.address.index == index::LEARNT && named.address.subindex > 0
+    })
+}
+
 /// The bias of the gyroscope along each axis, rad/s.
 ///
 /// # Errors

@@ -18,7 +18,7 @@ const LINE: Duration = Duration::from_secs(2);
 
 /// What the foot has and has learnt.
 struct Found {
-    /// Numbers of object 0x2120, by name.
+    /// Numbers of object 0x2018, by name: what it has learnt since is not kept.
     learnt: Vec<(Named, f32)>,
     /// Those of object 0x2017.
     correction: Vec<(Named, f32)>,
@@ -80,7 +80,7 @@ fn last_part(named: &Named) -> String {
 impl Found {
     fn read(client: &mut Client) -> Result<Self, RequestError> {
         Ok(Self {
-            learnt: calibration::numbers(client)?,
+            learnt: calibration::kept(client)?,
             correction: calibration::correction(client)?,
             gyroscope_bias_rad_s: calibration::gyroscope_bias_rad_s(client)?,
         })
