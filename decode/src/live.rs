@@ -189,6 +189,12 @@ impl Listener {
         self.heard.pop_front()
     }
 
+    /// A node of a CAN bus that is none of the feet, and sends what may be contacts.
+    #[must_use]
+    pub const fn unknown_foot(&self) -> Option<u8> {
+        self.can.unknown_foot
+    }
+
     /// What a foot is called, where it has a name.
     #[must_use]
     pub fn name(&self, foot: &FootKey) -> Option<Arc<str>> {

@@ -78,18 +78,18 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Opens a source.
+    /// Opens a source with these feet.
     #[must_use]
-    pub fn open(source: Source) -> Self {
-        Self::with_bridge(source, Bridge::default())
+    pub fn open(source: Source, feet: Feet) -> Self {
+        Self::with_bridge(source, feet, Bridge::default())
     }
 
     /// Opens a source, whose messages a bridge of its own makes.
     #[must_use]
-    pub fn with_bridge(source: Source, bridge: Bridge) -> Self {
+    pub fn with_bridge(source: Source, feet: Feet, bridge: Bridge) -> Self {
         Self {
             feed: Feed::open(source),
-            listener: Listener::new(Feet::default()),
+            listener: Listener::new(feet),
             bridge,
             newest: None,
             unreadable: 0,
@@ -216,7 +216,9 @@ impl Stream {
             .map(|(name, count)| format!("{name} {count}"))
             .collect();
         if !self.has_spoken {
-            warn("no foot was heard");
+            let unknown = self.listener.unknown_foot();
+            let hint = unknown.map(|id| format!(", but node {id} may be one: --node {id}"));
+            warn(format!("no foot was heard{}", hint.unwrap_or_default()));
         }
         if missing > 0 {
             warn(format!("{missing} frames are missing, by their numbers"));

@@ -151,6 +151,30 @@ fn two_boards_with_one_id_are_named_and_recorded_as_not_valid() {
 }
 
 #[test]
+fn a_foot_with_an_id_of_its_own_is_recorded_where_it_is_named() {
+    // A contact of node 34 a millisecond: what it says, its time in steps of 10 µs, its number, its status.
+    let contact = |ms: u16| {
+        let [low, high] = (100 * ms).to_le_bytes();
+        format!("(1.{ms:03}000) can0 1A2#00000000{low:02X}{high:02X}{ms:02X}80\n")
+    };
+    let bench = Bench::with("own.log", (0..100).map(contact).collect::<String>());
+    let output = bench.run("record file:own.log@max -o none.mcap");
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("no foot was heard, but node 34 may be one: --node 34"),
+        "{said}"
+    );
+    for (option, name) in [("--node 34", "node_34"), ("--names 34=FL", "FL")] {
+        let report = bench.stdout(&format!("record file:own.log@max {option} -o {name}.mcap"));
+        assert_eq!(
+            count(&report, &format!("/footfall/{name}/contact")),
+            100,
+            "{report}"
+        );
+    }
+}
+
+#[test]
 fn what_is_there_is_not_replaced_unless_it_is_asked_for() {
     let bench = Bench::with("walk.mcap", "precious");
     let output = bench.run("record demo:seconds=1 -o walk.mcap");

@@ -5,6 +5,7 @@
 //! | objects by name: `half_width.ax`, with type, range and unit | [`name`] |
 //! | requests over CAN (SDO) and the serial line, one after the other, with their answers | [`client`] |
 //! | many settings at once, all or none | [`settings`] |
+//! | the feet on a line | [`scan`] |
 //! | a reset, until the foot is back in the state before | [`restart`] |
 //! | which foot a board is | [`position`] |
 //! | what the foot has learnt while it walked, and keeping it | [`calibration`] |
@@ -16,6 +17,7 @@ pub mod client;
 pub mod name;
 pub mod position;
 pub mod restart;
+pub mod scan;
 pub mod self_test;
 pub mod settings;
 pub mod sync;

@@ -1,5 +1,7 @@
 //! A foot that is asked and set, over CAN and over its serial line: the board's own program answers.
 
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::time::Duration;
 
 use decode::live::Listener;
@@ -8,6 +10,7 @@ use live::foot::Named;
 use live::foot::calibration;
 use live::foot::client::{Client, RequestError};
 use live::foot::position::{self, PositionError};
+use live::foot::scan;
 use live::foot::self_test::{self, Verdict};
 use live::foot::settings::{self, Lasting, SettingsError, Undone, Values};
 use live::foot::sync::Clocks;
@@ -113,6 +116,45 @@ fn settings_are_written_read_back_stored_and_there_after_a_reset() {
         settings::while_paused(&mut client, Client::restore).expect("forgotten");
         client.restart(None).expect("it is back");
         assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
+    }
+}
+
+#[test]
+fn a_foot_that_gets_another_id_is_followed_over_the_reset_and_found_by_a_scan() {
+    let source = "demo:feet=2,speed=20".parse().expect("a source");
+    let mut link = link::open(&source).expect("a demo");
+    let mut listener = Listener::default();
+    let scanned = |link: &mut dyn Link, listener: &mut Listener| -> Vec<_> {
+        let feet = scan::feet(link, listener, scan::SCAN).expect("a line");
+        feet.iter().filter_map(|foot| foot.node).collect()
+    };
+    assert_eq!(scanned(link.as_mut(), &mut listener), [21, 22]);
+    let shared = Shared(Rc::new(RefCell::new(link)));
+    let mut client = Client::new(Box::new(shared.clone()), NodeId::new(22)).expect("a foot");
+    let wanted = values(&client, &[("node_id", "34")]);
+    settings::write(&mut client, &wanted, Lasting::Stored).expect("stored");
+    client.restart(None).expect("it is back");
+    assert_eq!(client.node(), NodeId::new(34));
+    assert_eq!(client.state().expect("a state"), State::Operational);
+    assert_eq!(get(&mut client, "node_id"), "34");
+    let mut shared = shared;
+    let mut listener = Listener::default();
+    assert_eq!(scanned(&mut shared, &mut listener), [21, 34]);
+    let mut again = Client::new(Box::new(shared), NodeId::new(34)).expect("a foot");
+    assert_eq!(get(&mut again, "foot"), "6");
+}
+
+/// A line that several use, one after the other.
+#[derive(Clone)]
+struct Shared(Rc<RefCell<Box<dyn Link>>>);
+
+impl Link for Shared {
+    fn receive(&mut self, wait: Duration) -> Result<Option<Arrived>, LinkError> {
+        self.0.borrow_mut().receive(wait)
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        self.0.borrow_mut().send(sending)
     }
 }
 

@@ -9,53 +9,27 @@
 //! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once where they change, otherwise once a second |
 //!
 //! Stamps are those of the samples, on the clock of the receiver: by numbered SYNCs where the foot has
-//! reported one, otherwise by the least delay of the newest seconds ([`FootClock`]).
+//! reported one, otherwise by the least delay of the newest seconds ([`FootClock`](live::clock::FootClock)).
 //!
 //! A foot of which no contact comes for half a second is silent: its probability is 0, and diagnostics say
-//! so. Contacts of several boards with one id ([`NewestSecond`]) say nothing about any of them: they are not
+//! so. Contacts of several boards with one id ([`NewestSecond`](live::NewestSecond)) say nothing about any of them: they are not
 //! valid, their probability is 0, there is no IMU, and diagnostics say why.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use decode::Row;
 use decode::live::{FootKey, Heard, Said};
-use decode::row::Clock;
-use estimator_core::{
-    Decision, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity, Vec3,
-};
-use live::NewestSecond;
-use live::clock::FootClock;
+use estimator_core::Timestamp;
 use live::newest_second::SILENT_US;
-use wire::uart::RawSample;
-use wire::{Counter, Emergency, Fault, Faults};
+use wire::{Counter, Emergency, Faults};
 
 use crate::compat::{AllFeet, Compat};
+use crate::foot::Foot;
 use crate::listening::Listening;
-use crate::message::{
-    Contact, DiagnosticArray, DiagnosticStatus, Float64, Header, Imu, KeyValue, Level, Message,
-    Quaternion, Time, Vector3,
-};
-use crate::topics::{DIAGNOSTICS, Topics};
+use crate::message::{Float64, KeyValue, Message};
+use crate::topics::DIAGNOSTICS;
 
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.806_65;
-
-/// From one diagnostic of a foot to its next, where nothing changes, µs.
-const DIAGNOSTIC_US: u64 = 1_000_000;
-
-/// An orientation or a rate that is older than this is not put beside an acceleration, µs: they are sent
-/// every 20 ms, unless set otherwise.
-const BESIDE_US: u64 = 25_000;
-
-/// What diagnostics say of a foot from which no contact comes.
-pub const SILENT: &str = "silent: no contact for half a second";
-
-/// What diagnostics say where several boards have one id.
-pub const SEVERAL_BOARDS: &str = "several boards with this id";
-
-/// What says that a value is not there.
-pub(crate) const ABSENT: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+pub use crate::foot::SEVERAL_BOARDS;
 
 /// A message, where it is published and when it was received.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,171 +52,6 @@ pub struct Bridge {
     listening: Listening,
     /// What is made of all feet for others.
     all_feet: Option<AllFeet>,
-}
-
-/// What is known of a foot.
-#[derive(Debug)]
-struct Foot {
-    topics: Topics,
-    name: String,
-    clock: FootClock,
-    second: NewestSecond,
-    /// When its newest contact came, as time of listening, µs.
-    contact_us: Option<u64>,
-    is_silent: bool,
-    /// Whether its newest contact was one of several boards.
-    is_shared: bool,
-    flags: u8,
-    faults: Faults,
-    /// What the board counted, or the drops that it said on CAN.
-    counts: Vec<KeyValue>,
-    diagnosed_us: Option<u64>,
-    /// The newest orientation and rate, and when they were made on the foot's clock.
-    orientation: Option<(Orientation, Timestamp)>,
-    rate: Option<(Vec3, Timestamp)>,
-}
-
-impl Foot {
-    fn new(name: &str, frame: &str) -> Self {
-        Self {
-            topics: Topics::with_frame(name, frame),
-            name: name.to_owned(),
-            clock: FootClock::default(),
-            second: NewestSecond::default(),
-            contact_us: None,
-            is_silent: false,
-            is_shared: false,
-            flags: 0,
-            faults: Faults::NONE,
-            counts: Vec::new(),
-            diagnosed_us: None,
-            orientation: None,
-            rate: None,
-        }
-    }
-
-    fn header(&self, stamp: Timestamp) -> Header {
-        Header {
-            stamp: Time::from(stamp),
-            frame_id: self.topics.frame.as_ref().to_owned(),
-        }
-    }
-
-    fn contact(&mut self, row: &Row, at: Timestamp) -> (Contact, Option<Imu>) {
-        self.second.take(row.timestamp, row.segment, at);
-        self.is_shared = self.second.is_of_several_boards(at);
-        let stamp = match row.common {
-            Some((time, Clock::Sync)) => self.clock.synchronised(row.timestamp, at, time),
-            _ => self.clock.time(row.timestamp, at),
-        };
-        self.flags = row.flags.unwrap_or(self.flags);
-        let axes = row.axes.map(PerAxis::to_array);
-        let contact = Contact {
-            header: self.header(stamp),
-            foot: self.name.clone(),
-            node: row.node.map_or(0, wire::NodeId::get),
-            p_stable: row.stable,
-            p_tangential: row.tangential,
-            p_vertical: row.vertical,
-            p_axes: axes.unwrap_or([f32::NAN; 6]),
-            decision: row.status.decision() == Decision::Stable,
-            state: state(row.status.phase()),
-            valid: row.status.is_valid(),
-            flags: self.flags,
-            sequence: row.sequence,
-        };
-        if self.is_shared {
-            let contact = Contact {
-                p_stable: 0.0,
-                p_tangential: 0.0,
-                p_vertical: 0.0,
-                p_axes: [f32::NAN; 6],
-                decision: false,
-                state: state(Phase::Unknown),
-                valid: false,
-                ..contact
-            };
-            return (contact, None);
-        }
-        let made = row.timestamp;
-        self.orientation = row.orientation.map(|q| (q, made)).or(self.orientation);
-        self.rate = row.rate.map(|rate| (rate, made)).or(self.rate);
-        let imu = match (row.acceleration, self.orientation, self.rate) {
-            (Some(acceleration), Some((orientation, first)), Some((rate, second)))
-                if is_near(first, made) && is_near(second, made) =>
-            {
-                Some(Imu {
-                    header: self.header(stamp),
-                    orientation: quaternion(orientation),
-                    angular_velocity: vector(rate),
-                    linear_acceleration: with_gravity(acceleration, orientation),
-                    ..Imu::default()
-                })
-            }
-            _ => None,
-        };
-        (contact, imu)
-    }
-
-    fn raw(&mut self, raw: &RawSample, at: Timestamp) -> Option<Imu> {
-        let stamp = self.clock.time(raw.timestamp, at);
-        let scaled = |codes: [i16; 3], scale: f32| {
-            let [x, y, z] = codes.map(|code| f64::from(code) * f64::from(scale));
-            Vector3 { x, y, z }
-        };
-        // Nothing was read: there is no sample.
-        (!matches!(raw.validity, Validity::Invalid)).then(|| Imu {
-            header: self.header(stamp),
-            orientation_covariance: ABSENT,
-            angular_velocity: scaled(raw.rate, raw.rate_scale),
-            linear_acceleration: scaled(raw.acceleration, raw.acceleration_scale),
-            ..Imu::default()
-        })
-    }
-
-    fn diagnostics(&mut self, at: Timestamp) -> DiagnosticArray {
-        self.diagnosed_us = Some(at.as_micros());
-        let level = if self.is_silent {
-            Level::Stale
-        } else if self.is_shared || self.faults.void_estimate() {
-            Level::Error
-        } else if self.faults.is_empty() {
-            Level::Ok
-        } else {
-            Level::Warn
-        };
-        let silent = self.is_silent.then_some(SILENT);
-        let shared = self.is_shared.then_some(SEVERAL_BOARDS);
-        let faults = self.faults.iter().map(Fault::name);
-        let names: Vec<_> = silent.into_iter().chain(shared).chain(faults).collect();
-        let message = if names.is_empty() {
-            "no fault".to_owned()
-        } else {
-            names.join(", ")
-        };
-        let status = DiagnosticStatus {
-            level,
-            name: format!("footfall: {}", self.name),
-            message,
-            hardware_id: self.topics.hardware.as_ref().to_owned(),
-            values: self.counts.clone(),
-        };
-        DiagnosticArray {
-            header: self.header(at),
-            status: vec![status],
-        }
-    }
-
-    /// What diagnostics say at once where it changes.
-    const fn condition(&self) -> (Faults, bool, bool) {
-        (self.faults, self.is_silent, self.is_shared)
-    }
-
-    fn is_due(&self, at: Timestamp) -> bool {
-        let since = |before: u64| at.as_micros().saturating_sub(before);
-        self.diagnosed_us
-            .is_none_or(|before| since(before) >= DIAGNOSTIC_US)
-    }
 }
 
 impl Default for Bridge {
@@ -456,59 +265,19 @@ impl Bridge {
     }
 }
 
-/// The number of a phase in [`Contact`].
-#[must_use]
-pub const fn state(phase: Phase) -> u8 {
-    match phase {
-        Phase::Unknown => 0,
-        Phase::Stance => 1,
-        Phase::Slip => 2,
-        Phase::Swing => 3,
-        Phase::QuietSwing => 4,
-    }
-}
-
-/// Whether the earlier of two times on a foot's clock is near enough to the other.
-const fn is_near(earlier: Timestamp, time: Timestamp) -> bool {
-    matches!(time.as_micros().checked_sub(earlier.as_micros()), Some(age) if age <= BESIDE_US)
-}
-
-fn quaternion(q: Orientation) -> Quaternion {
-    let [w, x, y, z] = [q.w, q.x, q.y, q.z].map(f64::from);
-    Quaternion { x, y, z, w }
-}
-
-pub(crate) fn vector(v: Vec3) -> Vector3 {
-    let [x, y, z] = [v.x, v.y, v.z].map(f64::from);
-    Vector3 { x, y, z }
-}
-
-/// The acceleration that an accelerometer would measure: with gravity, turned into the foot.
-fn with_gravity(acceleration: Vec3, orientation: Orientation) -> Vector3 {
-    let Quaternion { x, y, z, w } = quaternion(orientation);
-    let Vector3 {
-        x: ax,
-        y: ay,
-        z: az,
-    } = vector(acceleration);
-    // The third row of the rotation, world z in the foot.
-    Vector3 {
-        x: ax + GRAVITY * 2.0 * (x * z - w * y),
-        y: ay + GRAVITY * 2.0 * (y * z + w * x),
-        z: az + GRAVITY * (1.0 - 2.0 * (x * x + y * y)),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
 
+    use decode::Row;
     use decode::live::Listener;
     use live::feed::Fed;
     use live::{Arrival, Feed};
     use wire::{CanFrame, NodeId};
 
     use super::*;
+    use crate::foot::SILENT;
+    use crate::message::{Contact, Level};
 
     /// The messages of a robot with two feet, of which the right one has the id that `right` says.
     fn messages(right: NodeId) -> Vec<Published> {

@@ -171,7 +171,7 @@ mod tests {
     fn the_definition_has_every_phase_and_flag_with_its_number() {
         for phase in Phase::ALL {
             let name = format!("STATE_{}", phase.name().to_uppercase());
-            assert_eq!(constant(&name), Some(crate::bridge::state(phase)), "{name}");
+            assert_eq!(constant(&name), Some(crate::foot::state(phase)), "{name}");
         }
         for flag in Flag::ALL {
             let name = format!("FLAG_{}", flag.name().to_uppercase());

@@ -8,12 +8,14 @@
 //! | what a foot says becomes messages on topics | [`bridge`] |
 //! | samples that were recorded become messages on topics | [`samples`] |
 //! | contacts of all feet become one message of champ or pronto | [`compat`] |
+//! | what is known of a foot, and its messages | `foot` |
 //! | for how long feet were listened to, which says which are silent | `listening` |
 //! | messages in a file: MCAP, rosbag2 | [`mcap_file`], [`rosbag2_file`] |
 
 pub mod bridge;
 pub mod compat;
 pub mod definition;
+mod foot;
 mod listening;
 pub mod mcap_file;
 pub mod message;

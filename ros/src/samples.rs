@@ -16,7 +16,8 @@ use estimator_core::{Load, Timestamp, Validity};
 use recordings::recording::{Label, RecordedSample};
 use recordings::validity::name_of;
 
-use crate::bridge::{ABSENT, Published, vector};
+use crate::bridge::Published;
+use crate::foot::{ABSENT, vector};
 use crate::message::{Bool, Float64, Header, Imu, Message, Text, Time};
 use crate::topics::Topics;
 

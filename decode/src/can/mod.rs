@@ -146,7 +146,7 @@ pub(crate) struct Log {
     /// Which nodes are feet.
     known: Feet,
     /// Another node that sends what may be a contact.
-    unknown_foot: Option<u8>,
+    pub(crate) unknown_foot: Option<u8>,
     /// The interface of the newest row.
     interface: Option<Arc<str>>,
     reception: Reception,

@@ -4,11 +4,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use decode::feet::{Name, NamedTwice};
 use decode::row::{write_header, write_row};
 use decode::{self, DecodeError, Feet, Outcome};
-use wire::NodeId;
 
+use super::feet::FeetArguments;
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages;
@@ -22,12 +21,9 @@ pub struct DecodeArguments {
     /// (with -l, or as it prints), Vector ASC, python-can's CSV, or the bytes of the serial line; may
     /// be compressed with gzip or zstd
     pub input: PathBuf,
-    /// On CAN, a node that is a foot beside those of the ids 0x11 to 0x16; may be repeated
-    #[arg(long = "node", value_name = "ID", value_parser = parse_node)]
-    pub nodes: Vec<NodeId>,
-    /// Names of feet by node id, for the column foot, such as 1=FL,2=FR; these nodes are feet
-    #[arg(long, value_name = "ID=NAME,...", value_delimiter = ',', value_parser = parse_name)]
-    pub names: Vec<(NodeId, Name)>,
+    /// Which nodes are feet.
+    #[command(flatten)]
+    pub feet: FeetArguments,
     /// Write the rows, one per contact frame; - writes them to standard output, and the report to
     /// standard error
     #[arg(long, value_name = "OUT.csv")]
@@ -39,7 +35,7 @@ pub struct DecodeArguments {
 
 impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let feet = self.feet()?;
+        let feet = self.feet.feet()?;
         let Some(path) = self.output.as_deref() else {
             let outcome = decode::read(&self.input, &feet, &mut |_| Ok(()))?;
             return self.report(&outcome);
@@ -76,13 +72,6 @@ impl DecodeArguments {
         }
     }
 
-    fn feet(&self) -> Result<Feet, NamedTwice> {
-        let mut feet = Feet::default();
-        self.nodes.iter().for_each(|node| feet.add(*node));
-        feet.call(&self.names)?;
-        Ok(feet)
-    }
-
     fn rows_to(&self, feet: &Feet, to: &mut dyn Write) -> Result<Outcome, DecodeError> {
         let mut is_begun = false;
         let mut begin = |to: &mut dyn Write| {
@@ -109,24 +98,4 @@ impl DecodeArguments {
         };
         print(report, style, &self.output).map_err(Error::Print)
     }
-}
-
-/// A node id, decimal or with 0x hexadecimal.
-pub(super) fn parse_node(text: &str) -> Result<NodeId, &'static str> {
-    let id = match text.strip_prefix("0x") {
-        Some(digits) => u8::from_str_radix(digits, 16),
-        None => text.parse(),
-    };
-    id.ok()
-        .and_then(NodeId::new)
-        .ok_or("write a node id, 1 to 127 or 0x01 to 0x7F")
-}
-
-/// A node id and the name of its foot.
-fn parse_name(text: &str) -> Result<(NodeId, Name), String> {
-    let (id, name) = text
-        .split_once('=')
-        .ok_or("write a node id and a name, such as 1=FL")?;
-    let name = Name::new(name).map_err(|error| error.to_string())?;
-    Ok((parse_node(id)?, name))
 }

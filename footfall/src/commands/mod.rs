@@ -20,6 +20,7 @@
 //! | `schema` | [`schema`] |
 //! | `completions`, `man` | [`shell`] |
 //! | what options are grouped under, examples | [`headings`] |
+//! | which nodes are feet, for what reads what they send | [`feet`] |
 //! | what the commands that read recordings share | [`recording`] |
 //! | what `record`, `view` and `ros2` share | [`stream`](crate::stream) |
 
@@ -32,6 +33,7 @@ pub mod decode;
 pub mod demo;
 pub mod evaluate;
 pub mod explain;
+pub mod feet;
 pub mod foot;
 pub mod headings;
 pub mod monitor;

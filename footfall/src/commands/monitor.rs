@@ -4,11 +4,11 @@ use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use decode::Feet;
 use live::link::pace::Speed;
 use live::{Feed, Source};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
+use super::feet::FeetArguments;
 use crate::error::Error;
 use crate::files::{finish_when_interrupted, unless_closed};
 use crate::messages::aside;
@@ -33,6 +33,9 @@ pub struct MonitorArguments {
     /// Where the feet stream from.
     #[arg(help = SOURCES)]
     pub source: Source,
+    /// Which nodes are feet.
+    #[command(flatten)]
+    pub feet: FeetArguments,
     /// Print lines once a second, as where standard output is no terminal
     #[arg(long)]
     pub plain: bool,
@@ -55,8 +58,9 @@ impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let name = self.source.to_string();
         let end = deadline(self.seconds);
+        let feet = self.feet.feet()?;
         let feed = Feed::open(self.source.at_speed(Speed::REAL));
-        let mut robot = Robot::new(Feet::default());
+        let mut robot = Robot::new(feet);
         let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
             (true, _) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Json)),
             (false, true) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Text)),

@@ -6,6 +6,7 @@ use clap::Args;
 use live::link::pace::Speed;
 use live::{LinkError, Source};
 
+use super::feet::FeetArguments;
 use super::monitor::SOURCES;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
@@ -20,6 +21,9 @@ pub struct RecordArguments {
     /// Where the feet stream from.
     #[arg(help = SOURCES)]
     pub source: Source,
+    /// Which nodes are feet.
+    #[command(flatten)]
+    pub feet: FeetArguments,
     /// Where they are recorded. Whatever ends the recording, what came a second before is in it
     #[arg(long, short, value_name = "OUT.mcap")]
     pub output: PathBuf,
@@ -43,7 +47,7 @@ impl RecordArguments {
         };
         finish_when_interrupted();
         // What is played need not be waited for.
-        let mut stream = Stream::open(self.source.at_speed(Speed::Max));
+        let mut stream = Stream::open(self.source.at_speed(Speed::Max), self.feet.feet()?);
         // What cannot be read replaces nothing.
         stream.wait_until_open()?;
         let mut recording = McapRecording::create(path, existing)?;

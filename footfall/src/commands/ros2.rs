@@ -10,6 +10,7 @@ use live::{LinkError, Source};
 use ros::{Bridge, Compat, Published};
 use ros_node::{FootNode, Options, Reliability};
 
+use super::feet::FeetArguments;
 use super::monitor::SOURCES;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
@@ -23,6 +24,9 @@ pub struct Ros2Arguments {
     /// Where the feet stream from.
     #[arg(help = SOURCES)]
     pub source: Source,
+    /// Which nodes are feet.
+    #[command(flatten)]
+    pub feet: FeetArguments,
     /// Publish all four feet in one message besides: for pronto their probabilities, for champ their
     /// decisions
     #[arg(long, value_name = "WHOSE")]
@@ -125,7 +129,8 @@ impl Ros2Arguments {
             compat,
         };
         finish_when_interrupted();
-        let mut stream = Stream::with_bridge(self.source.at_speed(Speed::REAL), bridge);
+        let feet = self.feet.feet()?;
+        let mut stream = Stream::with_bridge(self.source.at_speed(Speed::REAL), feet, bridge);
         stream.wait_until_open()?;
         let mut node = FootNode::new(options)?;
         let ended = stream.run(deadline(self.seconds), &mut node)?;

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use live::link::pace::Speed;
 use live::{LinkError, Source};
 
+use super::feet::FeetArguments;
 use super::monitor::SOURCES;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
@@ -26,6 +27,9 @@ pub struct ViewArguments {
     /// Where the feet stream from.
     #[arg(help = SOURCES, required_unless_present = "layout")]
     pub source: Option<Source>,
+    /// Which nodes are feet.
+    #[command(flatten)]
+    pub nodes: FeetArguments,
     /// The address or name of this machine at which viewers connect: 0.0.0.0 or :: for those of other
     /// machines, too. Whoever can connect sees all
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
@@ -83,7 +87,7 @@ impl ViewArguments {
         };
         let name = format!("footfall {source}");
         finish_when_interrupted();
-        let mut stream = Stream::open(source.clone().at_speed(Speed::REAL));
+        let mut stream = Stream::open(source.clone().at_speed(Speed::REAL), self.nodes.feet()?);
         stream.wait_until_open()?;
         let mut server = Server::start(&self.host, self.port, &name)?;
         let url = server.url();

@@ -206,6 +206,16 @@ def compare(topic, received, published, least):
         assert plain(one) in earlier, f"{topic}, message {index} is not of these feet, or late:\n{one}"
 
 
+def take_last_words(received, other_topic, other_values):
+    """Takes what is said at the end off the messages: that all feet are silent, and none stands."""
+    for foot in FEET:
+        assert received[f"/footfall/{foot}/contact/probability"].pop().data == 0.0, foot
+    silent = [received["/diagnostics"].pop().status[0] for _ in FEET]
+    assert {status.name for status in silent} == {f"footfall: {foot}" for foot in FEET}, silent
+    assert all(status.level == 3 and status.message.startswith("silent") for status in silent), silent
+    assert other_values(received[other_topic].pop()) == [0.0] * len(FEET)
+
+
 def main(whose, reliability, footfall, recording, *arguments):
     check_package()
     reliable = reliability == "reliable"
@@ -247,6 +257,8 @@ def main(whose, reliability, footfall, recording, *arguments):
     published = recorded(recording)
     expected = {f"/footfall/{foot}/{topic}": least for foot in FEET for topic, least in LEAST.items()}
     expected["/diagnostics"] = 40
+    if reliable:
+        take_last_words(received, other_topic, other_values)
     for topic, least in expected.items():
         if reliable:
             compare(topic, received[topic], published[topic], least)

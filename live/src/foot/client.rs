@@ -7,13 +7,14 @@ mod requests;
 use std::collections::{BTreeSet, VecDeque};
 use std::time::{Duration, Instant};
 
-use decode::live::{FootKey, Heard, Listener, Said};
+use decode::live::{Heard, Listener, Said};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{Command, State};
 use wire::uart::{Message, NmtRequest};
 use wire::{Address, CanFrame, DataType, Emergency, NodeId, Value};
 
-use crate::link::{Link, LinkError, Sending};
+use super::scan::{self, SCAN};
+use crate::link::{Link, Sending};
 pub use error::RequestError;
 use requests::Came;
 
@@ -27,17 +28,13 @@ const STORE: Duration = Duration::from_secs(3);
 pub(super) const TRIES: u32 = 3;
 
 /// How long to listen for what is waited for at once.
-const LISTEN: Duration = Duration::from_millis(5);
+pub(super) const LISTEN: Duration = Duration::from_millis(5);
 
 /// By how much messages of a serial line may be out of order, µs; a clock that goes back by more began again.
 const DISORDER_US: u64 = 20_000;
 
 /// How many emergencies are kept.
 const MOST_EMERGENCIES: usize = 16;
-
-/// How long to listen for feet on a bus: each sends a contact a millisecond, and a heartbeat in any
-/// state twice a second.
-pub const SCAN: Duration = Duration::from_millis(1200);
 
 /// The foot that is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +56,8 @@ pub struct Client {
     /// The newest time on the foot's clock, on a serial line, µs.
     clock_us: Option<u64>,
     starts: u32,
+    /// The nodes that have started.
+    booted: Vec<NodeId>,
 }
 
 impl Client {
@@ -69,9 +68,12 @@ impl Client {
     pub fn new(mut link: Box<dyn Link>, node: Option<NodeId>) -> Result<Self, RequestError> {
         let mut listener = Listener::default();
         let way = match node {
-            Some(node) => Way::Can(node),
+            Some(node) => {
+                listener.add(node);
+                Way::Can(node)
+            }
             None => {
-                let heard = feet(link.as_mut(), &mut listener, SCAN)?;
+                let heard = scan::feet(link.as_mut(), &mut listener, SCAN)?;
                 let nodes: BTreeSet<_> = heard.iter().filter_map(|key| key.node).collect();
                 let is_serial = heard.iter().any(|key| key.node.is_none());
                 match (is_serial, nodes.len(), nodes.first()) {
@@ -93,6 +95,7 @@ impl Client {
             emergencies: VecDeque::new(),
             clock_us: None,
             starts: 0,
+            booted: Vec::new(),
         })
     }
 
@@ -106,10 +109,16 @@ impl Client {
     }
 
     /// From now on the foot is the node of this id, where it is asked over CAN.
-    pub(super) const fn follow(&mut self, node: NodeId) {
+    pub(super) fn follow(&mut self, node: NodeId) {
         if let Way::Can(_) = self.way {
             self.way = Way::Can(node);
+            self.hear(node);
         }
+    }
+
+    /// From now on what the node of this id says is heard, too.
+    pub(super) fn hear(&mut self, node: NodeId) {
+        self.listener.add(node);
     }
 
     pub(super) fn foot(&self) -> String {
@@ -316,6 +325,7 @@ impl Client {
         if self.node().is_none_or(|own| own == node) {
             return Ok(());
         }
+        self.hear(node);
         let taken = self.listen(SCAN, |heard| {
             // A robot reports loads to feet that are not there, too.
             let is_load = matches!(heard.said, Said::Load(_));
@@ -346,7 +356,11 @@ impl Client {
     ) -> Result<Option<T>, RequestError> {
         let end = Instant::now() + longest;
         while Instant::now() < end {
-            take(self.link.as_mut(), &mut self.listener)?;
+            if let Some((at, arrival)) = self.link.receive(LISTEN)? {
+                self.booted.extend(scan::boot_up(&arrival));
+                // What is no frame is no answer.
+                arrival.hand_to(&mut self.listener, at);
+            }
             while let Some(heard) = self.listener.next_heard() {
                 self.keep_emergency(&heard);
                 self.keep_clock(&heard);
@@ -394,54 +408,15 @@ impl Client {
         self.starts
     }
 
+    /// Takes the ids of the nodes that have started since they were last taken.
+    pub(super) fn take_booted(&mut self) -> Vec<NodeId> {
+        std::mem::take(&mut self.booted)
+    }
+
     /// Takes the emergencies of the foot since they were last taken, the newest first.
     pub(super) fn take_emergencies(&mut self) -> VecDeque<Emergency> {
         std::mem::take(&mut self.emergencies)
     }
-}
-
-/// Hands what arrives to a listener.
-fn take(link: &mut dyn Link, listener: &mut Listener) -> Result<(), LinkError> {
-    if let Some((at, arrival)) = link.receive(LISTEN)? {
-        // What is no frame is no answer.
-        arrival.hand_to(listener, at);
-    }
-    Ok(())
-}
-
-/// The feet that are heard on a line within some time, by line and id. On a serial line there is one,
-/// of which the id does not matter.
-///
-/// # Errors
-/// The line does not work.
-pub fn feet(
-    link: &mut dyn Link,
-    listener: &mut Listener,
-    time: Duration,
-) -> Result<BTreeSet<FootKey>, LinkError> {
-    let mut feet = BTreeSet::new();
-    let end = Instant::now() + time;
-    while Instant::now() < end {
-        take(link, listener)?;
-        while let Some(mut heard) = listener.next_heard() {
-            let is_serial = match &heard.said {
-                Said::Raw(_) | Said::Board(_) | Said::Log(_) | Said::Answer(_) => true,
-                // A contact of a serial line has all its flags.
-                Said::Contact(row) => row.axes.is_some() && row.flags.is_some(),
-                _ => false,
-            };
-            if is_serial {
-                heard.foot.node = None;
-                feet.insert(heard.foot);
-                return Ok(feet);
-            }
-            // The robot's own report of a load is no sign of a foot.
-            if !matches!(heard.said, Said::Load(_)) {
-                feet.insert(heard.foot);
-            }
-        }
-    }
-    Ok(feet)
 }
 
 /// An object in words: its name and its address.

@@ -2,10 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use decode::live::Said;
 use wire::dictionary::index;
-use wire::node::Command;
-use wire::{Address, DataType, NodeId};
+use wire::node::{Command, State};
+use wire::{Address, DataType, NodeId, Value};
 
 use super::client::{Client, RequestError, TRIES};
 
@@ -27,12 +26,30 @@ impl Client {
         self.bring_to(before)
     }
 
+    /// The same, but as if it were switched on: it streams afterwards, whatever its state was before.
+    ///
+    /// # Errors
+    /// Those of [`Self::restart`].
+    pub fn start_again(&mut self) -> Result<(), RequestError> {
+        self.reset(None)?;
+        self.bring_to(State::Operational)
+    }
+
     /// Resets the foot and waits for its first answer; it is in pre-operational state then. Commands are not
     /// answered, and frames are lost: a foot that goes on as it was is commanded again.
     pub(super) fn reset(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
+        // A foot whose stored id is another starts with that one.
+        let serial = match node {
+            Some(node) => {
+                self.hear(node);
+                None
+            }
+            None => self.read(SERIAL_NUMBER, DataType::Unsigned32).ok(),
+        };
         for _ in 0..TRIES {
+            self.take_booted();
             self.command(Command::ResetNode)?;
-            let has_started = self.hears_start(node)?;
+            let has_started = self.hears_start(node, serial)?;
             if has_started || !self.is_there()? {
                 if let Some(node) = node {
                     self.follow(node);
@@ -46,21 +63,48 @@ impl Client {
         })
     }
 
-    /// Whether the foot is heard to start, as the node that it is from then on.
-    fn hears_start(&mut self, node: Option<NodeId>) -> Result<bool, RequestError> {
+    /// Whether the foot is heard to start, as the node that it is from then on: the one that is given, or
+    /// any that has its serial number.
+    fn hears_start(
+        &mut self,
+        node: Option<NodeId>,
+        serial: Option<Value>,
+    ) -> Result<bool, RequestError> {
         let before = self.starts();
-        let node = node.map(NodeId::get);
         let end = Instant::now() + HEARD;
         while Instant::now() < end {
-            let other = self.listen(LOOK, |heard| {
-                let is_new = node.is_some() && heard.foot.node == node;
-                (is_new && heard.said == Said::BootUp).then_some(())
-            })?;
-            if other.is_some() || self.starts() != before {
+            self.wait(LOOK)?;
+            if self.starts() != before {
                 return Ok(true);
+            }
+            let booted = self.take_booted();
+            if node.is_some_and(|node| booted.contains(&node)) {
+                return Ok(true);
+            }
+            for other in booted {
+                if serial.is_some() && self.is_now(other, serial)? {
+                    return Ok(true);
+                }
             }
         }
         Ok(false)
+    }
+
+    /// Whether the node of this id has this serial number; then it is the foot.
+    fn is_now(&mut self, node: NodeId, serial: Option<Value>) -> Result<bool, RequestError> {
+        let Some(own) = self.node() else {
+            return Ok(false);
+        };
+        self.follow(node);
+        let is_foot = match self.read(SERIAL_NUMBER, DataType::Unsigned32) {
+            Ok(other) => Some(other) == serial,
+            Err(RequestError::NoAnswer { .. } | RequestError::Refused { .. }) => false,
+            Err(error) => return Err(error),
+        };
+        if !is_foot {
+            self.follow(own);
+        }
+        Ok(is_foot)
     }
 
     /// Whether the foot answers as the node that it was.

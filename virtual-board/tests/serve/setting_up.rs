@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde_json::Value as Json;
 
-use crate::server::{Server, program};
+use crate::server::{Server, footfall, program};
 
 #[test]
 fn a_board_is_tested_and_made_another_foot_over_its_serial_line_and_over_the_bus() {
@@ -52,10 +52,80 @@ fn a_walking_board_keeps_what_it_has_learnt_over_a_reset() {
     };
     let before = kept(&server);
     assert_ne!(before, 0.0);
+    // What was shown is what was kept, though the foot has learnt more since.
+    let stored = server.foot(&serial, &["get", "--json"]);
+    let stored: Json = serde_json::from_str(&stored).expect("JSON");
+    for (name, shown) in learnt["learnt"].as_object().expect("numbers") {
+        assert_eq!(stored[format!("learnt.{name}")], *shown, "{name}");
+    }
     server.foot(&serial, &["reset"]);
     assert_eq!(kept(&server).to_bits(), before.to_bits());
     server.foot(&server.bus(), &["calibrate", "--forget"]);
     assert_eq!(kept(&server), 0.0);
+}
+
+#[test]
+fn a_board_with_an_id_of_its_own_is_found_set_and_watched() {
+    let Some(server) = Server::start("own_id", &["--feet", "2", "--gait", "stand"]) else {
+        return;
+    };
+    let bus = server.bus();
+    let set = ["--node", "22", "set", "node_id=34", "--save"];
+    assert_eq!(server.foot(&bus, &set), "node_id: 0 → 34\nstored\n");
+    server.foot(&bus, &["--node", "22", "reset"]);
+    let scan = server.foot(&bus, &["scan"]);
+    let nodes: Vec<_> = scan
+        .lines()
+        .filter_map(|line| line.split_once("node "))
+        .collect();
+    let nodes: Vec<_> = nodes.iter().map(|(_, node)| *node).collect();
+    assert_eq!(nodes, ["21  L", "34"], "{scan}");
+    let info = server.foot(&bus, &["--node", "34", "info"]);
+    assert!(info.starts_with("foot     R, node 34\n"), "{info}");
+    let watch = [
+        "monitor",
+        &bus,
+        "--names",
+        "34=R",
+        "--json",
+        "--seconds",
+        "3",
+    ];
+    let (lines, _) = footfall(&server.folder, &watch);
+    let of_foot = lines.lines().filter(|line| line.contains("\"foot\":\"R\""));
+    assert!(
+        of_foot
+            .filter(|line| line.contains("\"p_stable\":"))
+            .count()
+            > 0,
+        "{lines}"
+    );
+}
+
+#[test]
+fn a_board_that_was_left_in_pre_operational_state_says_so_and_streams_after_a_reset() {
+    let Some(server) = Server::start("paused", &["--gait", "stand"]) else {
+        return;
+    };
+    let bus = server.bus();
+    let mut setting = Command::new(program())
+        .args(["foot", &bus, "--node", "17", "selftest"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program runs");
+    server.wait_for("FL: reset by its program");
+    setting.kill().expect("killed");
+    setting.wait().expect("it ends");
+    let info = server.foot(&bus, &["--node", "17", "info"]);
+    assert!(
+        info.contains("\nstate    pre-operational: it sends no contacts"),
+        "{info}"
+    );
+    server.foot(&bus, &["--node", "17", "reset"]);
+    let info = server.foot(&bus, &["info", "--json"]);
+    let info: Json = serde_json::from_str(&info).expect("JSON");
+    assert_eq!(info["state"], "operational");
 }
 
 #[test]

@@ -21,8 +21,9 @@ use decode::live::Listener;
 use live::Source;
 use live::foot::Named;
 use live::foot::calibration;
-use live::foot::client::{self, Client, RequestError};
+use live::foot::client::{Client, RequestError};
 use live::foot::position;
+use live::foot::scan;
 use live::foot::self_test::{self, Verdict};
 use live::foot::settings::{self, Lasting, Values};
 use live::link::{self, pace::Speed};
@@ -30,7 +31,7 @@ use wire::dictionary::index;
 use wire::node::Calibration;
 use wire::{Address, NodeId};
 
-use super::decode::parse_node;
+use super::feet::parse_node;
 use super::monitor::SOURCES;
 use crate::error::Error;
 use crate::files::{finish_when_interrupted, write_file};
@@ -127,7 +128,7 @@ pub enum Action {
         #[arg(long)]
         send: bool,
     },
-    /// Reset the foot, as if it were switched on again
+    /// Reset the foot, as if it were switched on again: it streams then, also where it did not before
     Reset,
 }
 
@@ -181,7 +182,7 @@ impl FootArguments {
         let mut link = link::open(&self.source.clone().at_speed(Speed::REAL))?;
         if let Action::Scan = self.action {
             let mut listener = Listener::default();
-            let feet = client::feet(link.as_mut(), &mut listener, client::SCAN)?;
+            let feet = scan::feet(link.as_mut(), &mut listener, scan::SCAN)?;
             if feet.is_empty() {
                 return Err(FootError::from(RequestError::NoFoot).into());
             }
@@ -276,7 +277,7 @@ impl FootArguments {
                 self.write(client, &values, Lasting::Stored)?
             }
             Action::Reset => {
-                client.restart(None).map_err(FootError::from)?;
+                client.start_again().map_err(FootError::from)?;
                 "the foot has started again\n".to_owned()
             }
         })

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;
+use wire::node::State;
 use wire::{Address, DataType, Fault, NodeId, Value};
 
 use super::{FootArguments, FootError};
@@ -30,6 +31,8 @@ pub struct FootInfo {
     hardware: String,
     /// Its serial number (object 0x1018).
     serial: u32,
+    /// Its NMT state: operational, pre-operational, stopped or initialising; null where it says none.
+    state: Option<&'static str>,
     /// What the board is doing, by name.
     stage: &'static str,
     /// Faults that last, by name.
@@ -185,6 +188,11 @@ impl FootArguments {
             .map_or("?", |stage| stage.name());
         let faults: Vec<_> = faults.iter().map(Fault::name).collect();
         let node = client.node().map(NodeId::get);
+        let state = match client.state() {
+            Ok(state) => Some(state_name(state)),
+            Err(RequestError::NoAnswer { .. }) => None,
+            Err(error) => return Err(error),
+        };
         if self.json {
             return Ok(to_json(&Line::of(&FootInfo {
                 foot,
@@ -193,6 +201,7 @@ impl FootArguments {
                 version,
                 hardware,
                 serial,
+                state,
                 stage,
                 faults,
             })));
@@ -202,9 +211,24 @@ impl FootArguments {
             [] => "none".to_owned(),
             faults => faults.join(", "),
         };
+        let state = match state {
+            None | Some("operational") => String::new(),
+            Some(state) => {
+                format!("state    {state}: it sends no contacts until it is started or reset\n")
+            }
+        };
         Ok(format!(
-            "foot     {foot}, {node}\ndevice   {device}, {hardware}, serial number 0x{serial:08X}\nversion  {version}\nstage    {stage}\nfaults   {faults}\n"
+            "foot     {foot}, {node}\ndevice   {device}, {hardware}, serial number 0x{serial:08X}\nversion  {version}\nstage    {stage}\n{state}faults   {faults}\n"
         ))
+    }
+}
+
+const fn state_name(state: State) -> &'static str {
+    match state {
+        State::Initialising => "initialising",
+        State::Stopped => "stopped",
+        State::Operational => "operational",
+        State::PreOperational => "pre-operational",
     }
 }
 

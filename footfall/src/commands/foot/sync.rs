@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use decode::live::{FootKey, Listener};
 use live::foot::RequestError;
+use live::foot::scan;
 use live::foot::sync::Clocks;
 use live::{Arrival, Link, Sending};
 use serde_json::{Value as Json, json};
@@ -49,6 +50,8 @@ impl FootArguments {
             return Err(FootError::HasSync);
         }
         let mut listener = Listener::default();
+        // Feet may have other ids than those of their places.
+        scan::feet(link, &mut listener, scan::SCAN).map_err(RequestError::from)?;
         let mut clocks = Clocks::default();
         let begin = Instant::now();
         let end = begin + Duration::from_secs_f64(seconds);

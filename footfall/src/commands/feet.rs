@@ -1,0 +1,50 @@
+//! Which nodes of a bus are feet, and what they are called: for all commands that read what feet send.
+
+use clap::Args;
+use decode::Feet;
+use decode::feet::{Name, NamedTwice};
+use wire::NodeId;
+
+/// Feet beside those that have the ids of their places.
+#[derive(Clone, Debug, Default, Args)]
+pub struct FeetArguments {
+    /// On CAN, a node that is a foot beside those of the ids 0x11 to 0x16; may be repeated
+    #[arg(long = "node", value_name = "ID", value_parser = parse_node)]
+    pub nodes: Vec<NodeId>,
+    /// Names of feet by node id, for the column foot, such as 1=FL,2=FR; these nodes are feet
+    #[arg(long, value_name = "ID=NAME,...", value_delimiter = ',', value_parser = parse_name)]
+    pub names: Vec<(NodeId, Name)>,
+}
+
+impl FeetArguments {
+    /// The feet.
+    ///
+    /// # Errors
+    /// A node gets two names, or two nodes get one.
+    pub(super) fn feet(&self) -> Result<Feet, NamedTwice> {
+        let mut feet = Feet::default();
+        self.nodes.iter().for_each(|node| feet.add(*node));
+        feet.call(&self.names)?;
+        Ok(feet)
+    }
+}
+
+/// A node id, decimal or with 0x hexadecimal.
+pub(super) fn parse_node(text: &str) -> Result<NodeId, &'static str> {
+    let id = match text.strip_prefix("0x") {
+        Some(digits) => u8::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    id.ok()
+        .and_then(NodeId::new)
+        .ok_or("write a node id, 1 to 127 or 0x01 to 0x7F")
+}
+
+/// A node id and the name of its foot.
+fn parse_name(text: &str) -> Result<(NodeId, Name), String> {
+    let (id, name) = text
+        .split_once('=')
+        .ok_or("write a node id and a name, such as 1=FL")?;
+    let name = Name::new(name).map_err(|error| error.to_string())?;
+    Ok((parse_node(id)?, name))
+}

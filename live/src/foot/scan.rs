@@ -1,0 +1,151 @@
+//! The feet on a line.
+//!
+//! A foot has the id of its place unless another is set, and other devices may share the bus: a node that
+//! is heard is asked what it is.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use decode::live::{FootKey, Listener, Said};
+use wire::dictionary::{PRODUCT_CODE, index};
+use wire::foot::cob_id;
+use wire::{Address, CanFrame, NodeId};
+
+use super::client::LISTEN;
+use crate::link::{Arrival, Link, LinkError, Sending};
+
+/// How long to listen for feet on a bus: each sends a contact a millisecond, and a heartbeat in any
+/// state twice a second.
+pub const SCAN: Duration = Duration::from_millis(1200);
+
+/// How long a node may take to say what it is, and how often it is asked.
+const ANSWER: Duration = Duration::from_millis(150);
+const TRIES: u32 = 2;
+
+/// The object that says what a node is: the product code.
+const PRODUCT: Address = Address::new(index::IDENTITY, 2);
+
+/// Bits of an identifier that are a node's id.
+const NODE_ID_BITS: u16 = 0x7F;
+
+/// What a node says of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Product {
+    Foot,
+    Other,
+    /// It does not answer.
+    Unknown,
+}
+
+/// The feet that are heard on a line within some time, by line and id. The listener hears all of them from
+/// then on. On a serial line there is one, of which the id does not matter.
+///
+/// # Errors
+/// The line does not work.
+pub fn feet(
+    link: &mut dyn Link,
+    listener: &mut Listener,
+    time: Duration,
+) -> Result<BTreeSet<FootKey>, LinkError> {
+    let mut feet = BTreeSet::new();
+    let mut others = BTreeMap::new();
+    let end = Instant::now() + time;
+    while Instant::now() < end {
+        if let Some((at, arrival)) = link.receive(LISTEN)? {
+            others.extend(heartbeat(&arrival).map(|(node, line)| (node.get(), line)));
+            arrival.hand_to(listener, at);
+        }
+        while let Some(mut heard) = listener.next_heard() {
+            let is_serial = match &heard.said {
+                Said::Raw(_) | Said::Board(_) | Said::Log(_) | Said::Answer(_) => true,
+                // A contact of a serial line has all its flags.
+                Said::Contact(row) => row.axes.is_some() && row.flags.is_some(),
+                _ => false,
+            };
+            if is_serial {
+                heard.foot.node = None;
+                feet.insert(heard.foot);
+                return Ok(feet);
+            }
+            // The robot's own report of a load is no sign of a foot.
+            if !matches!(heard.said, Said::Load(_)) {
+                feet.insert(heard.foot);
+            }
+        }
+    }
+    for (id, line) in others {
+        let Some(node) = NodeId::new(id) else {
+            continue;
+        };
+        match product(link, listener, node)? {
+            Product::Foot => {
+                listener.add(node);
+                feet.insert(FootKey {
+                    line,
+                    node: Some(id),
+                });
+            }
+            Product::Other => feet.retain(|foot| foot.node != Some(id)),
+            // What is on an id of a foot may be one that is busy.
+            Product::Unknown => {}
+        }
+    }
+    Ok(feet)
+}
+
+/// The node that starts with this frame.
+pub(super) fn boot_up(arrival: &Arrival) -> Option<NodeId> {
+    match arrival {
+        Arrival::Frame { frame, .. } if frame.data() == [0] => {
+            heartbeat(arrival).map(|(node, _)| node)
+        }
+        _ => None,
+    }
+}
+
+/// The node whose heartbeat this is, and its line.
+fn heartbeat(arrival: &Arrival) -> Option<(NodeId, Arc<str>)> {
+    let Arrival::Frame { interface, frame } = arrival else {
+        return None;
+    };
+    let node = NodeId::new((frame.id() & NODE_ID_BITS) as u8)?;
+    let is_heartbeat = frame.id() & !NODE_ID_BITS == cob_id::HEARTBEAT && frame.data().len() == 1;
+    is_heartbeat.then(|| (node, Arc::clone(interface)))
+}
+
+/// Asks a node what it is.
+fn product(
+    link: &mut dyn Link,
+    listener: &mut Listener,
+    node: NodeId,
+) -> Result<Product, LinkError> {
+    let [low, high] = PRODUCT.index.to_le_bytes();
+    let head = [low, high, PRODUCT.subindex];
+    let request = [0x40, low, high, PRODUCT.subindex, 0, 0, 0, 0];
+    let Some(request) = CanFrame::new(node.cob_id(cob_id::SDO_REQUEST), &request) else {
+        return Ok(Product::Unknown);
+    };
+    for _ in 0..TRIES {
+        link.send(&Sending::Frame(request))?;
+        let end = Instant::now() + ANSWER;
+        while Instant::now() < end {
+            let Some((at, arrival)) = link.receive(LISTEN)? else {
+                continue;
+            };
+            if let Arrival::Frame { frame, .. } = &arrival
+                && frame.id() == node.cob_id(cob_id::SDO_RESPONSE)
+                && let Some([_, a, b, c, code @ ..]) = frame.data8()
+                && [*a, *b, *c] == head
+            {
+                // One that refuses has no such object.
+                return Ok(match u32::from_le_bytes(*code) {
+                    PRODUCT_CODE => Product::Foot,
+                    _ => Product::Other,
+                });
+            }
+            arrival.hand_to(listener, at);
+        }
+    }
+    Ok(Product::Unknown)
+}
