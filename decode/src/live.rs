@@ -13,7 +13,7 @@ use wire::foot::cob_id;
 use wire::node::State;
 use wire::pdo::{Health, Load};
 use wire::uart::{ConfigResponse, Decoder, HealthMessage, LogMessage, Message, RawSample};
-use wire::{CanFrame, Emergency, NodeId, Pdo};
+use wire::{CanFrame, Emergency, Faults, NodeId, Pdo};
 
 use crate::can::{Log, Reception};
 use crate::uart::{self, Stream};
@@ -21,6 +21,9 @@ use crate::{Feet, Report, Row};
 
 /// How long a contact waits for what belongs to it where its foot sends no other, µs.
 const LONGEST_WAIT_US: u64 = 20_000;
+
+/// How long before its boot-up the first faults of a foot come at most, µs.
+const AT_START_US: u64 = 20_000;
 
 /// Bits of an identifier that are a node's id.
 const NODE_ID_BITS: u16 = 0x7F;
@@ -58,8 +61,8 @@ pub enum Said {
     Health(Health),
     /// A fault was raised or cleared; on CAN.
     Emergency(Emergency),
-    /// It has started.
-    BootUp,
+    /// It has started, with these faults: their frames go before that of the boot-up.
+    BootUp(Faults),
     /// It is in this state; on CAN.
     Heartbeat(State),
     /// A line of text; on a serial line.
@@ -79,6 +82,8 @@ pub struct Listener {
     serial: BTreeMap<Arc<str>, Serial>,
     lines: BTreeMap<String, Arc<str>>,
     heard: VecDeque<Heard>,
+    /// Faults that a node of a bus has raised in the newest moment.
+    raised: BTreeMap<FootKey, (Timestamp, Faults)>,
 }
 
 /// A serial line.
@@ -97,6 +102,7 @@ impl Listener {
             serial: BTreeMap::new(),
             lines: BTreeMap::new(),
             heard: VecDeque::new(),
+            raised: BTreeMap::new(),
         }
     }
 
@@ -117,10 +123,38 @@ impl Listener {
         {
             let node = Some(node.get());
             let foot = FootKey { line, node };
+            let said = self.with_faults_at_start(said, &foot, at);
             self.heard.push_back(Heard { at, foot, said });
         }
         let overdue = at.as_micros().saturating_sub(LONGEST_WAIT_US);
         self.settle(Timestamp::from_micros(overdue));
+    }
+
+    /// What was said; a boot-up with the faults that came just before it.
+    fn with_faults_at_start(&mut self, said: Said, foot: &FootKey, at: Timestamp) -> Said {
+        match &said {
+            Said::Emergency(Emergency {
+                code: 1..,
+                fault: Some(fault),
+                ..
+            }) => {
+                let before = self.raised_since(foot, at);
+                let now = (at, before.with(*fault));
+                self.raised.insert(foot.clone(), now);
+                said
+            }
+            Said::BootUp(_) => Said::BootUp(self.raised_since(foot, at)),
+            _ => said,
+        }
+    }
+
+    /// The faults that a foot has raised in the moment before `at`.
+    fn raised_since(&self, foot: &FootKey, at: Timestamp) -> Faults {
+        let newest = self
+            .raised
+            .get(foot)
+            .filter(|(raised, _)| at.as_micros().saturating_sub(raised.as_micros()) <= AT_START_US);
+        newest.map_or(Faults::NONE, |(_, faults)| *faults)
     }
 
     /// Takes in bytes that came over the serial line `port` at `at`.
@@ -254,7 +288,7 @@ fn said(frame: &CanFrame) -> Option<(NodeId, Said)> {
     let said = match id & !NODE_ID_BITS {
         cob_id::EMERGENCY => Said::Emergency(Emergency::decode(frame.data8()?)),
         cob_id::HEARTBEAT => match frame.data() {
-            [0] => Said::BootUp,
+            [0] => Said::BootUp(Faults::NONE),
             [code] => Said::Heartbeat(state(*code)?),
             _ => return None,
         },
@@ -285,7 +319,7 @@ mod tests {
     use super::*;
     use estimator_core::ContactEstimate;
     use wire::pdo::{Acceleration, Contact};
-    use wire::{Fault, Faults, uart as line};
+    use wire::{Fault, uart as line};
 
     fn at(micros: u64) -> Timestamp {
         Timestamp::from_micros(1_000_000 + micros)
@@ -376,11 +410,25 @@ mod tests {
             said,
             [
                 Said::Emergency(emergency),
-                Said::BootUp,
+                Said::BootUp(Faults::NONE.with(Fault::SensorFrozen)),
                 Said::Heartbeat(State::Operational),
                 Said::Load(12.5),
             ]
         );
+    }
+
+    #[test]
+    fn a_fault_that_came_long_before_a_boot_up_is_not_of_that_start() {
+        let mut listener = Listener::default();
+        let emergency = Emergency::raised(Fault::SensorFrozen, 7, Faults::NONE);
+        let mut receive = |micros, id, data: &[u8]| {
+            let frame = CanFrame::new(id, data).expect("a frame");
+            listener.frame("can0", &frame, at(micros));
+        };
+        receive(0, 0x091, &emergency.encode());
+        receive(30_000, 0x711, &[0]);
+        let last = all(&mut listener).pop().map(|heard| heard.said);
+        assert_eq!(last, Some(Said::BootUp(Faults::NONE)));
     }
 
     #[test]

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use decode::live::{FootKey, Heard, Said};
 use estimator_core::Timestamp;
 use live::newest_second::SILENT_US;
-use wire::{Counter, Emergency, Faults};
+use wire::{Counter, Emergency};
 
 use crate::compat::{AllFeet, Compat};
 use crate::foot::Foot;
@@ -148,8 +148,8 @@ impl Bridge {
                     Message::Number(Float64 { data }),
                 ));
             }
-            Said::BootUp => {
-                foot.faults = Faults::NONE;
+            Said::BootUp(faults) => {
+                foot.faults = *faults;
                 foot.second.start_again();
             }
             _ => {}

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use decode::Row;
 use decode::live::FootKey;
-use estimator_core::{Quaternion, Timestamp};
+use estimator_core::{Flag, Flags, Quaternion, Timestamp};
 use live::NewestSecond;
 use live::newest_second::SILENT_US;
 use wire::node::State;
@@ -14,7 +14,7 @@ use wire::{Fault, Faults};
 /// Probabilities that are kept for the curve: 16 s at 1 kHz.
 const CURVE: usize = 1 << 14;
 
-/// A fault that comes as soon after a boot-up was known before: it says why the foot has started, µs.
+/// A fault that comes with a boot-up or so soon after it was known before: it says why the foot has started, µs.
 const BOOT_US: u64 = 200_000;
 
 /// A foot.
@@ -42,6 +42,8 @@ pub struct Foot {
     pub state: Option<State>,
     /// What the board is doing, where it says so.
     pub stage: Option<&'static str>,
+    /// The flags of its estimate in the newest health frame, as bits.
+    pub flags: Option<u8>,
     /// Its active faults.
     pub faults: Faults,
     /// When it has last started, and the fault that caused it, where one did.
@@ -66,6 +68,7 @@ impl Foot {
             temperature: None,
             state: None,
             stage: None,
+            flags: None,
             faults: Faults::NONE,
             started: None,
             curve: VecDeque::new(),
@@ -74,7 +77,13 @@ impl Foot {
         }
     }
 
-    pub(super) fn contact(&mut self, row: Row, at: Timestamp) {
+    pub(super) fn contact(&mut self, mut row: Row, at: Timestamp) {
+        // On CAN they come with health frames, ten times a second.
+        let saturated = match row.status.is_saturated() {
+            true => Flags::NONE.with(Flag::Saturated).bits(),
+            false => 0,
+        };
+        row.flags = row.flags.or(self.flags.map(|flags| flags | saturated));
         if let Some(last) = &self.row
             && last.segment == row.segment
             && let Some(missing) = self.second.missing_before(row.timestamp)
@@ -102,9 +111,9 @@ impl Foot {
         }
     }
 
-    pub(super) fn boot_up(&mut self, at: Timestamp) {
-        self.started = Some((at, None));
-        self.faults = Faults::NONE;
+    pub(super) fn boot_up(&mut self, at: Timestamp, faults: Faults) {
+        self.started = Some((at, faults.iter().next()));
+        self.faults = faults;
         self.second.start_again();
         self.drops = None;
     }

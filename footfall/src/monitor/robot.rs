@@ -144,7 +144,10 @@ impl Robot {
                 foot.heard = at;
                 foot.contact(*row, at);
             }
-            Said::Health(health) => foot.count_drops(health.dropped),
+            Said::Health(health) => {
+                foot.count_drops(health.dropped);
+                foot.flags = Some(health.flags);
+            }
             Said::Board(board) => {
                 foot.state = Some(board.state);
                 foot.stage = Some(board.stage.name());
@@ -159,8 +162,8 @@ impl Robot {
                 foot.dropped = dropped.map(u64::from).iter().sum();
             }
             Said::Emergency(emergency) => event = emergency_text(foot, emergency, at),
-            Said::BootUp => {
-                foot.boot_up(at);
+            Said::BootUp(faults) => {
+                foot.boot_up(at, faults);
                 event = Some("has started".to_owned());
             }
             Said::Heartbeat(state) => foot.state = Some(state),
@@ -493,12 +496,9 @@ mod tests {
         receive(10, 0x091, &raised);
         receive(500, 0x711, &[5]);
         receive(900, 0x091, &cleared);
-        let foot = &robot.feet()[0];
-        assert_eq!(
-            foot.started.and_then(|(_, reason)| reason),
-            Some(Fault::WatchdogReset)
-        );
-        assert_eq!(foot.faults, Faults::NONE);
+        let reason = |robot: &Robot| robot.feet()[0].started.and_then(|(_, reason)| reason);
+        assert_eq!(reason(&robot), Some(Fault::WatchdogReset));
+        assert_eq!(robot.feet()[0].faults, Faults::NONE);
         let texts: Vec<_> = robot
             .events()
             .iter()
@@ -510,6 +510,40 @@ mod tests {
             texts[2].1.starts_with("cleared: 0x") && texts[2].0 == 0.9,
             "{texts:?}"
         );
+    }
+
+    #[test]
+    fn a_fault_whose_frame_goes_before_that_of_the_boot_up_is_of_the_new_start() {
+        let mut robot = Robot::new(Feet::default());
+        let mut receive = |ms: u64, id: u16, data: &[u8]| {
+            let at = Timestamp::from_micros(ms * 1000);
+            let interface = "can0".into();
+            let frame = CanFrame::new(id, data).expect("a frame");
+            robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+        };
+        let frozen = Emergency::raised(Fault::SensorFrozen, 0, Faults::NONE).encode();
+        let watchdog = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
+        receive(0, 0x091, &frozen);
+        receive(900, 0x091, &watchdog);
+        receive(901, 0x711, &[0]);
+        let foot = &robot.feet()[0];
+        assert_eq!(
+            foot.started.and_then(|(_, reason)| reason),
+            Some(Fault::WatchdogReset)
+        );
+        assert_eq!(foot.faults, Faults::NONE.with(Fault::WatchdogReset));
+    }
+
+    #[test]
+    fn flags_of_health_frames_stay_with_the_contacts_that_follow() {
+        for source in [
+            "demo:speed=max,seconds=3",
+            "demo:speed=max,seconds=3,line=uart",
+        ] {
+            let robot = watched(source);
+            let row = robot.feet()[0].row.as_ref().expect("a contact");
+            assert_eq!(row.flag_names(), ["settling"], "{source}");
+        }
     }
 
     #[test]

@@ -385,7 +385,7 @@ impl Client {
     fn keep_clock(&mut self, heard: &Heard) {
         if self.way != Way::Serial {
             let is_own = self.node().map(NodeId::get) == heard.foot.node;
-            self.starts += u32::from(is_own && heard.said == Said::BootUp);
+            self.starts += u32::from(is_own && matches!(heard.said, Said::BootUp(_)));
             return;
         }
         let time = match &heard.said {

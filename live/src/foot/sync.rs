@@ -112,7 +112,7 @@ impl Clocks {
         match &heard.said {
             Said::Health(health) => self.report(&heard.foot, health.sync),
             // Its clock begins again.
-            Said::BootUp => self.forget(&heard.foot),
+            Said::BootUp(_) => self.forget(&heard.foot),
             _ => {}
         }
     }
@@ -227,6 +227,7 @@ fn line(foot: &FootKey, points: &[(f64, f64)]) -> Comparison {
 mod tests {
     use super::*;
     use estimator_core::Timestamp;
+    use wire::Faults;
     use wire::pdo::{Health, LongTime};
 
     /// A foot that reports the SYNCs whose number ends in `phase`.
@@ -345,7 +346,7 @@ mod tests {
                 line: "can0".into(),
                 node: Some(0x12),
             },
-            said: Said::BootUp,
+            said: Said::BootUp(Faults::NONE),
         });
         assert_eq!(bench.clocks.interruptions(), 1);
         // The other goes on.
