@@ -75,6 +75,8 @@ pub struct Stream {
     has_spoken: bool,
     /// Feet that several boards are, as it was last said.
     shared: BTreeSet<String>,
+    /// Whether there were any: numbers of several boards do not say what is missing.
+    was_shared: bool,
 }
 
 impl Stream {
@@ -95,6 +97,7 @@ impl Stream {
             unreadable: 0,
             has_spoken: false,
             shared: BTreeSet::new(),
+            was_shared: false,
         }
     }
 
@@ -205,6 +208,7 @@ impl Stream {
             ));
         }
         self.shared = now;
+        self.was_shared = true;
     }
 
     /// Says what was lost or could not be read.
@@ -220,7 +224,7 @@ impl Stream {
             let hint = unknown.map(|id| format!(", but node {id} may be one: --node {id}"));
             warn(format!("no foot was heard{}", hint.unwrap_or_default()));
         }
-        if missing > 0 {
+        if missing > 0 && !self.was_shared {
             warn(format!("{missing} frames are missing, by their numbers"));
         }
         if !problems.is_empty() || self.unreadable > 0 {

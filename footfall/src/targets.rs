@@ -106,7 +106,7 @@ impl Drawing {
 
 /// Checks that results can go where they should: into directories that exist, not over a
 /// recording, not over each other, and under names that tell what they are. Standard output takes
-/// one of them.
+/// one of them, but no recording that streams: that needs a file.
 ///
 /// # Errors
 /// The first of these that does not hold.
@@ -116,7 +116,7 @@ pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputErr
         if inputs.iter().any(|input| same_file(input, path)) {
             return Err(OutputError::OverInput { file: named(path) });
         }
-        if path != Path::new(STANDARD) {
+        if path != Path::new(STANDARD) || matches!(target, Target::Bag(_)) {
             check_directory(path)?;
             check_extension(*target)?;
         }

@@ -203,3 +203,22 @@ fn a_file_without_settings_and_a_setting_named_twice_are_refused() {
     assert_eq!(output, "");
     assert!(error.contains("is named twice"), "{error}");
 }
+
+#[test]
+fn settings_come_from_standard_input_too_and_what_is_too_long_is_none() {
+    let bench = Bench::with("zeros.txt", vec![0; 2 << 20]);
+    let output = bench.piped(
+        "foot demo:speed=10 import -",
+        "decision.threshold = 0.625\n",
+    );
+    assert_eq!(
+        text(&output.stdout),
+        "decision.threshold: 0.5 → 0.625\nstored\n"
+    );
+    let (output, error) = foot(&bench, "demo:speed=10 import zeros.txt");
+    assert_eq!(output, "");
+    assert_eq!(
+        error,
+        "footfall: zeros.txt: settings are 1048576 bytes at most\n"
+    );
+}

@@ -147,6 +147,7 @@ fn two_boards_with_one_id_are_named_and_recorded_as_not_valid() {
         "{said}"
     );
     assert_eq!(said.matches("several boards").count(), 1, "{said}");
+    assert!(!said.contains("missing"), "{said}");
     assert!(count(&text(&output.stdout), "/footfall/L/contact") > 5000);
 }
 
@@ -185,6 +186,9 @@ fn what_is_there_is_not_replaced_unless_it_is_asked_for() {
     let output = bench.run("record demo:seconds=1 -o walk.mcap --overwrite");
     assert!(output.status.success());
     assert!(read(&bench.path("walk.mcap")).starts_with(b"\x89MCAP0"));
+    let output = bench.run("record demo:seconds=1 -o -");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(!bench.path("-").exists());
     let output = bench.run("record demo:seconds=1 -o walk.bag");
     assert!(
         text(&output.stderr).contains(".mcap"),

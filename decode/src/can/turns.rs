@@ -7,6 +7,9 @@
 //! what comes after a gap was made when there was room again. Both say how many contacts are missing.
 //! Health frames put that right where it was wrong ([`LongClock`]).
 //!
+//! A contact that follows by number within a few periods of the foot's clock is the next one, whatever reception
+//! allows: a foot whose clock is slower than the receiver's, as on an overloaded emulator, has no gaps.
+//!
 //! What cannot be known, for good where no SYNCs are on the bus, otherwise until the next health frame or
 //! the one after:
 //! - a contact after a gap that has itself waited for more than half a second may be taken to be later or
@@ -35,6 +38,9 @@ const TRIED: i64 = 64;
 
 /// A contact that waited for longer has waited in a stall, µs.
 const STALL_US: i64 = TURN_US / 4;
+
+/// A contact that follows by number is made within so many periods, unless the foot has paused.
+const MOST_PERIODS: u64 = 8;
 
 /// Numbers of contacts are modulo this.
 const NUMBERS: i64 = 1 << 8;
@@ -164,6 +170,10 @@ impl Turns {
                     .take(elapsed_us.unsigned_abs(), contacts.unsigned_abs());
                 self.other_pace_us = 0;
                 (elapsed_us, contacts - 1)
+            }
+            None if self.is_next(steps_us, numbers) => {
+                self.learn_pace(steps_us, numbers);
+                (steps_us, 0)
             }
             None if bridge.contains(&received) => {
                 let elapsed_us = self.across(steps_us, numbers, at);
@@ -297,6 +307,13 @@ impl Turns {
         let elapsed = steps_us + turns * TURN_US;
         let is_near = (elapsed - expected).abs() <= self.tolerance_us(expected);
         (is_near && elapsed > 0).then_some(elapsed)
+    }
+
+    /// Whether it is the next contact, though earlier or later than the pace has it: an edge that was late.
+    /// The time of reception says nothing then, which may run away from a foot that is slow.
+    fn is_next(&self, steps_us: i64, numbers: u8) -> bool {
+        let longest = self.pace.time_of(MOST_PERIODS);
+        numbers == 1 && steps_us > 0 && longest.is_some_and(|longest| steps_us <= longest)
     }
 
     /// By how much the time of contacts of the pace may differ from the expected, µs: by half of one,

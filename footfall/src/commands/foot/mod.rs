@@ -13,8 +13,9 @@ mod error;
 mod show;
 mod sync;
 
-use std::fs;
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use decode::live::Listener;
@@ -34,7 +35,7 @@ use wire::{Address, NodeId};
 use super::feet::parse_node;
 use super::monitor::SOURCES;
 use crate::error::Error;
-use crate::files::{finish_when_interrupted, write_file};
+use crate::files::{STANDARD, finish_when_interrupted, write_file};
 use crate::report::print_text;
 use crate::targets::{self, Target};
 
@@ -97,7 +98,7 @@ pub enum Action {
     },
     /// Write the settings of a file to the foot, all or none, read them back, and store them
     Import {
-        /// The file
+        /// The file, or - for standard input
         file: PathBuf,
     },
     /// Make the board this foot, such as FL, with that foot's node id, and store it. Connect one new
@@ -306,12 +307,26 @@ impl FootArguments {
     }
 }
 
-fn read_file(path: &std::path::Path, node: Option<NodeId>) -> Result<Values, FootError> {
+/// The longest file of settings that is read, bytes: an export is 5 kB.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// A file, or standard input, and no more than is known to be too long.
+fn read_text(path: &Path) -> io::Result<String> {
+    if path == Path::new(STANDARD) {
+        return io::read_to_string(io::stdin().take(MOST_BYTES + 1));
+    }
+    io::read_to_string(File::open(path)?.take(MOST_BYTES + 1))
+}
+
+fn read_file(path: &Path, node: Option<NodeId>) -> Result<Values, FootError> {
     let error = |message: String| FootError::File {
         file: path.display().to_string(),
         message,
     };
-    let text = fs::read_to_string(path).map_err(|e| error(e.to_string()))?;
+    let text = read_text(path).map_err(|e| error(e.to_string()))?;
+    if text.len() as u64 > MOST_BYTES {
+        return Err(error(format!("settings are {MOST_BYTES} bytes at most")));
+    }
     let values = settings::from_text(&text, node).map_err(|e| error(e.to_string()))?;
     if values.is_empty() {
         return Err(error("it holds no setting".to_owned()));
