@@ -223,7 +223,7 @@ impl Listener {
         self.heard.pop_front()
     }
 
-    /// A node of a CAN bus that is none of the feet, and sends what may be contacts.
+    /// A node on a CAN bus that is not a known foot, but sends what may be contacts.
     #[must_use]
     pub const fn unknown_foot(&self) -> Option<u8> {
         self.can.unknown_foot
@@ -281,8 +281,9 @@ impl Default for Listener {
     }
 }
 
-/// What a frame says beside the rows: of which node, and what.
-fn said(frame: &CanFrame) -> Option<(NodeId, Said)> {
+/// What a frame says beside the rows: of which node, a foot or not, and what.
+#[must_use]
+pub fn said(frame: &CanFrame) -> Option<(NodeId, Said)> {
     let id = frame.id();
     let node = NodeId::new((id & NODE_ID_BITS) as u8)?;
     let said = match id & !NODE_ID_BITS {

@@ -148,16 +148,15 @@ impl Report {
         for (problem, count) in counted.0.problems {
             self.count_problems(problem, count);
         }
-        let steps = (self.longest_step_s, counted.0.longest_step_s);
-        self.longest_step_s = match steps {
-            (Some(longest), Some(step)) => Some(longest.max(step)),
-            (longest, step) => longest.or(step),
-        };
+        self.note_step(counted.0.longest_step_s);
     }
 
     /// Notes the times of a row of a foot and of its next, µs.
     pub(super) fn count_step(&mut self, from: u64, to: u64) {
-        let step = to.checked_sub(from).map(seconds);
+        self.note_step(to.checked_sub(from).map(seconds));
+    }
+
+    fn note_step(&mut self, step: Option<f64>) {
         self.longest_step_s = match (self.longest_step_s, step) {
             (Some(longest), Some(step)) => Some(longest.max(step)),
             (longest, step) => longest.or(step),

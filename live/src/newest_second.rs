@@ -20,8 +20,8 @@ const MOST_HZ: f32 = 1200.0;
 /// The number of contacts from which on a rate is believed.
 const FEWEST: usize = 200;
 
-/// A board sends its contacts in order, and its clock does not run away from the receiver's. So many in a
-/// second that say otherwise are of several boards: what a stalled machine has lost is a few.
+/// A board sends its contacts in order, and its clock does not run ahead of the receiver's. More contradictions
+/// than this in a second mean several boards; losses in a stall of this machine cause a few.
 const MOST_DISORDERED: usize = 50;
 
 /// By how much sooner after it was made than any before a contact may come, µs.

@@ -332,7 +332,7 @@ fn a_store_that_is_not_answered_leaves_open_whether_it_was_done() {
 fn a_board_becomes_another_foot_and_is_found_as_that_one() {
     for line in LINES {
         let mut client = client(line);
-        position::set(&mut client, Foot::RearLeft).expect("nobody else is there");
+        position::set(&mut client, Foot::RearLeft).expect("no other board is there");
         assert_eq!(get(&mut client, "foot"), "3", "{line}");
         assert_eq!(client.state().expect("a state"), State::Operational);
         if line == "can" {

@@ -25,7 +25,7 @@ const LAST_REQUESTS: Duration = Duration::from_millis(500);
 /// Why there is no node, or no topic.
 #[derive(Debug, Error)]
 pub enum NodeError {
-    /// A name is none for ROS.
+    /// A name is not valid in ROS.
     #[error("{name:?} is no name of a {what} in ROS: letters, digits and _, a letter first, no __")]
     Name {
         /// What it was for.

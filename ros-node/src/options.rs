@@ -95,7 +95,7 @@ impl Options {
         format!("/{}", self.namespace.trim_matches('/'))
     }
 
-    /// The name of a topic in the namespace; `None` where it is none for ROS.
+    /// The name of a topic in the namespace; `None` if it is not valid in ROS.
     pub(crate) fn topic(&self, topic: &str) -> Option<Name> {
         let namespace = match topic {
             // Programs that gather diagnostics listen there, whatever the namespace is.

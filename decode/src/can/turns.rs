@@ -39,7 +39,7 @@ const TRIED: i64 = 64;
 /// A contact that waited for longer has waited in a stall, µs.
 const STALL_US: i64 = TURN_US / 4;
 
-/// A contact that follows by number is made within so many periods, unless the foot has paused.
+/// The longest time to the next contact by number, in periods: after a longer one the foot has paused.
 const MOST_PERIODS: u64 = 8;
 
 /// Numbers of contacts are modulo this.

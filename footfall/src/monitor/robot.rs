@@ -481,15 +481,18 @@ mod tests {
         assert!(robot.feet().iter().all(|foot| foot.missing == 0));
     }
 
+    /// A frame of the bus is received.
+    fn receive(robot: &mut Robot, ms: u64, id: u16, data: &[u8]) {
+        let at = Timestamp::from_micros(ms * 1000);
+        let interface = "can0".into();
+        let frame = CanFrame::new(id, data).expect("a frame");
+        robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+    }
+
     #[test]
     fn faults_come_and_go_and_name_the_reason_of_a_start() {
         let mut robot = Robot::new(Feet::default());
-        let mut receive = |ms: u64, id: u16, data: &[u8]| {
-            let at = Timestamp::from_micros(ms * 1000);
-            let interface = "can0".into();
-            let frame = CanFrame::new(id, data).expect("a frame");
-            robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
-        };
+        let mut receive = |ms, id, data: &[u8]| receive(&mut robot, ms, id, data);
         let raised = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
         let cleared = Emergency::cleared(Fault::WatchdogReset, Faults::NONE).encode();
         receive(0, 0x711, &[0]);
@@ -515,12 +518,7 @@ mod tests {
     #[test]
     fn a_fault_whose_frame_goes_before_that_of_the_boot_up_is_of_the_new_start() {
         let mut robot = Robot::new(Feet::default());
-        let mut receive = |ms: u64, id: u16, data: &[u8]| {
-            let at = Timestamp::from_micros(ms * 1000);
-            let interface = "can0".into();
-            let frame = CanFrame::new(id, data).expect("a frame");
-            robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
-        };
+        let mut receive = |ms, id, data: &[u8]| receive(&mut robot, ms, id, data);
         let frozen = Emergency::raised(Fault::SensorFrozen, 0, Faults::NONE).encode();
         let watchdog = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
         receive(0, 0x091, &frozen);

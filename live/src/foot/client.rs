@@ -176,7 +176,7 @@ impl Client {
     }
 
     /// Stores all settings, so that they outlast power-off. Whether the foot still had those that were
-    /// written, the caller finds out
+    /// written, the caller finds out.
     ///
     /// # Errors
     /// It is refused, or nothing answers.
@@ -317,7 +317,7 @@ impl Client {
         }
     }
 
-    /// Makes sure that no other board has the id that this one gets; over a serial line, nobody knows.
+    /// Checks that no other board on the bus has the id that this one gets. A serial line cannot tell.
     ///
     /// # Errors
     /// One has.

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use decode::live::{FootKey, Listener, Said};
+use decode::live::{FootKey, Listener, Said, said};
 use wire::dictionary::{PRODUCT_CODE, index};
 use wire::foot::cob_id;
 use wire::{Address, CanFrame, NodeId};
@@ -25,9 +25,6 @@ const TRIES: u32 = 2;
 
 /// The object that says what a node is: the product code.
 const PRODUCT: Address = Address::new(index::IDENTITY, 2);
-
-/// Bits of an identifier that are a node's id.
-const NODE_ID_BITS: u16 = 0x7F;
 
 /// What a node says of itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,21 +94,23 @@ pub fn feet(
 /// The node that starts with this frame.
 pub(super) fn boot_up(arrival: &Arrival) -> Option<NodeId> {
     match arrival {
-        Arrival::Frame { frame, .. } if frame.data() == [0] => {
-            heartbeat(arrival).map(|(node, _)| node)
-        }
+        Arrival::Frame { frame, .. } => match said(frame)? {
+            (node, Said::BootUp(_)) => Some(node),
+            _ => None,
+        },
         _ => None,
     }
 }
 
-/// The node whose heartbeat this is, and its line.
+/// The node whose heartbeat or boot-up this is, and its line.
 fn heartbeat(arrival: &Arrival) -> Option<(NodeId, Arc<str>)> {
     let Arrival::Frame { interface, frame } = arrival else {
         return None;
     };
-    let node = NodeId::new((frame.id() & NODE_ID_BITS) as u8)?;
-    let is_heartbeat = frame.id() & !NODE_ID_BITS == cob_id::HEARTBEAT && frame.data().len() == 1;
-    is_heartbeat.then(|| (node, Arc::clone(interface)))
+    match said(frame)? {
+        (node, Said::BootUp(_) | Said::Heartbeat(_)) => Some((node, Arc::clone(interface))),
+        _ => None,
+    }
 }
 
 /// Asks a node what it is.

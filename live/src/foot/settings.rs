@@ -62,7 +62,7 @@ pub enum Undone {
     NotStored,
     /// What was stored before.
     NoneStored,
-    /// All new settings, and nobody knows whether they are stored.
+    /// All new settings; whether they are stored is not known.
     Unknown,
 }
 

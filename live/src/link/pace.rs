@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// How fast something is played.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
-    /// So many times as fast as it happened.
+    /// A multiple of the original speed.
     Times(f64),
     /// As fast as it is read.
     Max,
@@ -24,7 +24,7 @@ impl Speed {
     /// The slowest: a second takes a quarter of an hour.
     const SLOWEST: f64 = 0.001;
 
-    /// So many times as fast as it happened; `None` where that is below 0.001, or not a number.
+    /// A multiple of the original speed; `None` below 0.001, or for what is not a number.
     #[must_use]
     pub fn new(times: f64) -> Option<Self> {
         (times >= Self::SLOWEST && times.is_finite()).then_some(Self::Times(times))

@@ -150,7 +150,7 @@ impl Adapter {
         Some(line)
     }
 
-    /// A line was lost, since nobody took it in time.
+    /// A line was lost: it was not read in time.
     pub const fn lose(&mut self) {
         self.has_lost = true;
     }

@@ -15,7 +15,7 @@ const SLOWEST: f64 = 0.001;
 /// The speed of virtual time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
-    /// So many times as fast as real time.
+    /// A multiple of real time.
     Times(f64),
     /// As fast as it can be computed.
     Max,
