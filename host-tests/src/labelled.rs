@@ -16,12 +16,21 @@ use crate::datasets::recorded;
 /// One cannot be read.
 #[must_use]
 pub fn averaged() -> Option<Vec<(Set, Recording)>> {
+    let recordings = of_sets(&Set::AVERAGED)?.into_iter();
+    Some(recordings.map(|file| (file.set, file.recording)).collect())
+}
+
+/// The recordings of some sets, in their order; `None` where one of any set is absent.
+///
+/// # Panics
+/// One cannot be read.
+#[must_use]
+pub fn of_sets(sets: &[Set]) -> Option<Vec<Labelled>> {
     let paths: Option<Vec<_>> = files().iter().map(|file| recorded(file.path)).collect();
     let paths = paths?;
     let datasets = paths.first()?.parent()?.parent()?;
-    let files = Labelled::of_sets(Set::AVERAGED, datasets).expect("readable recordings");
-    let recordings = files.into_iter().map(|file| (file.set, file.recording));
-    Some(recordings.collect())
+    let sets = sets.iter().copied();
+    Some(Labelled::of_sets(sets, datasets).expect("readable recordings"))
 }
 
 /// RMSE of P over the labelled samples of a recording.

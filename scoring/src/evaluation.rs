@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use estimator_core::Params;
 use recordings::recording::Label;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -12,6 +13,9 @@ use serde::Serialize;
 use crate::error::Error;
 use crate::labelled::Labelled;
 use crate::method::{Causality, Knowledge, Method, Run};
+#[cfg(doc)]
+use crate::rates::SampleRate;
+use crate::rates::{self, AtRate};
 use crate::score::{Answers, Figures, Scores};
 use crate::scored::Scored;
 use crate::sets::{Family, Pool, Set};
@@ -68,6 +72,8 @@ pub struct Evaluated {
     pub causality: Causality,
     /// The mean over the sets of [`Set::AVERAGED`]; `None` where the method cannot run on one.
     pub mean: Option<Scores>,
+    /// The mean over the sets of [`Set::ROBOTS`]; `None` where the method cannot run on one.
+    pub robots: Option<Scores>,
     /// Pool by pool, in the order of [`Pool::ALL`].
     pub pools: Vec<OnPool>,
     /// Set by set, in the order of [`Set::ALL`], without those on which the method cannot run.
@@ -81,6 +87,8 @@ pub struct Evaluation {
     pub sets: Vec<About>,
     /// The methods, in the order of [`Method::ALL`].
     pub methods: Vec<Evaluated>,
+    /// The default preset at several sample rates, in the order of [`SampleRate::ALL`].
+    pub rates: Vec<AtRate>,
 }
 
 impl Evaluation {
@@ -100,6 +108,7 @@ impl Evaluation {
         Ok(Self {
             sets: Set::ALL.map(|set| About::of(set, &recordings)).into(),
             methods,
+            rates: rates::evaluate(&recordings, &Params::DEFAULT)?,
         })
     }
 
@@ -145,19 +154,22 @@ impl Evaluated {
             .into_iter()
             .filter_map(|set| OnSet::of(set, &runs_on(&|other| other == set)))
             .collect();
-        let averaged: Option<Vec<Scores>> = Set::AVERAGED
-            .into_iter()
-            .map(|set| sets.iter().find(|on| on.set == set))
-            .map(|on| on.map(|on| on.figures.scores))
-            .collect();
+        let mean = |over: &[Set]| -> Option<Scores> {
+            let scores = over.iter().map(|set| {
+                let found = sets.iter().find(|on| on.set == *set);
+                found.map(|on| on.figures.scores)
+            });
+            Scores::mean(&scores.collect::<Option<Vec<_>>>()?)
+        };
         let pools = Pool::ALL
             .into_iter()
-            .filter_map(|pool| OnPool::of(pool, &runs_on(&|set| set.family() == pool.family())));
+            .filter_map(|pool| OnPool::of(pool, &runs_on(&|set| pool.sets().contains(&set))));
         Self {
             method,
             name: method.name(),
             causality: method.causality(),
-            mean: averaged.and_then(|scores| Scores::mean(&scores)),
+            mean: mean(&Set::AVERAGED),
+            robots: mean(&Set::ROBOTS),
             pools: pools.collect(),
             sets,
         }

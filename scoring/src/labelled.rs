@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use estimator_core::Gravity;
 use recordings::input::pce::{Wrench, read_with_wrench};
 use recordings::input::{self, Format, Hints};
 use recordings::recording::{Label, Recording};
@@ -16,12 +17,15 @@ use gait;
 /// all of it, the load passes the weight at every bounce. Read off the load, with no label.
 const WEIGHT_QUANTILE: f64 = 0.95;
 
+/// Name of the file that says that the recordings beside it are without gravity.
+pub const GRAVITY_REMOVED: &str = "gravity_removed";
+
 /// A recording with labels.
 #[derive(Clone, Debug)]
 pub struct Labelled {
     /// The set it belongs to.
     pub set: Set,
-    /// Samples, all of them with a label.
+    /// Samples; those without a label are not scored.
     pub recording: Recording,
     /// The six readings at each sample; their acceleration contains gravity where the recording does.
     pub readings: Vec<Reading>,
@@ -85,6 +89,18 @@ impl Labelled {
                 let loaded = input::read(&path, Format::Csv, &Hints::default())?;
                 Ok(Self::new(set, loaded.recording, None))
             }
+            Layout::Foot { .. } => {
+                let gravity = match path.with_file_name(GRAVITY_REMOVED).exists() {
+                    true => Gravity::Removed,
+                    false => Gravity::Included,
+                };
+                let hints = Hints {
+                    gravity: Some(gravity),
+                    ..Hints::default()
+                };
+                let loaded = input::read(&path, Format::Csv, &hints)?;
+                Ok(Self::new(set, loaded.recording, None))
+            }
         }
     }
 
@@ -118,7 +134,7 @@ impl Labelled {
         samples.max(1)
     }
 
-    /// The labels in order, one per sample.
+    /// The labels in order, of the samples that have one.
     pub fn labels(&self) -> impl Iterator<Item = Label> {
         self.recording.samples.iter().filter_map(|s| s.label)
     }

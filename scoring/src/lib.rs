@@ -15,6 +15,8 @@
 //! | detectors that others published | [`peers`] |
 //! | fuzzy c-means | [`fuzzy`] |
 //! | the authors' own script | [`authors`] |
+//! | a recording at another sample rate | [`resample`] |
+//! | the default preset at several sample rates | [`rates`] |
 //! | every method on every recording | [`evaluation`] |
 
 pub mod authors;
@@ -27,7 +29,9 @@ pub mod left_out;
 pub mod method;
 pub mod metrics;
 pub mod peers;
+pub mod rates;
 pub mod reliability;
+pub mod resample;
 pub mod running;
 pub mod score;
 pub mod scored;

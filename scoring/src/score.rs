@@ -36,6 +36,8 @@ pub struct Scores {
     pub calibration_error: f64,
     /// Share, in [0, 1], of the samples labelled not stable that are answered stable.
     pub false_stable: Option<f64>,
+    /// Share, in [0, 1], of the samples labelled stable that are not answered stable.
+    pub missed_stable: Option<f64>,
 }
 
 impl Scores {
@@ -58,6 +60,7 @@ impl Scores {
             best_f1: known(|s| s.best_f1),
             calibration_error: known(|s| Some(s.calibration_error))?,
             false_stable: known(|s| s.false_stable),
+            missed_stable: known(|s| s.missed_stable),
         })
     }
 }
@@ -96,7 +99,8 @@ impl Figures {
                 f1_at_0_5: f1(&scored),
                 best_f1: best_f1(&ranking),
                 calibration_error: calibration_error(&scored)?,
-                false_stable: false_stable(&scored),
+                false_stable: answered_stable(&scored, Label::NotStable),
+                missed_stable: answered_stable(&scored, Label::Stable).map(|share| 1.0 - share),
             },
             latency_on: latency_over(&apart, Label::Stable),
             latency_off: latency_over(&apart, Label::NotStable),
@@ -110,11 +114,11 @@ impl Figures {
     }
 }
 
-/// See [`Scores::false_stable`]; `None` where every label is stable.
-fn false_stable(scored: &[Scored]) -> Option<f64> {
-    let not_stable = || scored.iter().filter(|s| s.label == Label::NotStable);
-    let answered = not_stable().filter(|s| s.probability > DECISION_THRESHOLD);
-    let all = not_stable().count();
+/// Share of the samples with a label that are answered stable; `None` where there are none.
+fn answered_stable(scored: &[Scored], label: Label) -> Option<f64> {
+    let labelled = || scored.iter().filter(|s| s.label == label);
+    let answered = labelled().filter(|s| s.probability > DECISION_THRESHOLD);
+    let all = labelled().count();
     (all > 0).then(|| answered.count() as f64 / all as f64)
 }
 
@@ -164,6 +168,7 @@ mod tests {
         assert_eq!((figures.samples, figures.scores.brier_score), (4, 0.25));
         assert!(Figures::of(&[]).is_none());
     }
+
     #[test]
     fn false_stable_is_a_share_of_what_is_not_stable() {
         use Label::{NotStable, Stable};
@@ -174,8 +179,9 @@ mod tests {
             (0.2, NotStable),
             (0.9, Stable),
         ]);
-        assert_eq!(false_stable(&samples), Some(0.25));
-        assert_eq!(false_stable(&scored(&[(0.9, Stable)])), None);
+        assert_eq!(answered_stable(&samples, NotStable), Some(0.25));
+        assert_eq!(answered_stable(&samples, Stable), Some(1.0));
+        assert_eq!(answered_stable(&scored(&[(0.9, Stable)]), NotStable), None);
     }
 
     #[test]
@@ -188,6 +194,7 @@ mod tests {
             best_f1: Some(1.0),
             calibration_error: 0.0,
             false_stable: Some(0.0),
+            missed_stable: Some(0.0),
         };
         let mean = Scores::mean(&[scores(0.25, Some(0.5)), scores(0.75, Some(1.0))]).unwrap();
         assert_eq!((mean.rmse, mean.roc_auc), (0.5, Some(0.75)));

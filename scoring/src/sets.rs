@@ -40,6 +40,8 @@ pub enum Family {
     Shoe,
     /// The simulated foot of [`gait`]; labels come from its true motion.
     Simulated,
+    /// Real robots; labels say that the foot is loaded, which is not quite stable.
+    Robots,
 }
 
 impl Family {
@@ -51,6 +53,7 @@ impl Family {
             Self::Lcd => "LCD",
             Self::Shoe => "shoe",
             Self::Simulated => "simulated",
+            Self::Robots => "robots",
         }
     }
 }
@@ -81,11 +84,21 @@ pub enum Set {
     Run,
     /// Simulated walks in which every other stance slips: a sample of [`slips::profiles`].
     Slips,
+    /// ATLAS at 500 Hz, other runs than the sets at 1 kHz.
+    Atlas500,
+    /// A real TALOS.
+    Talos,
+    /// A real NAO.
+    RealNao,
+    /// A real GO1.
+    Go1,
+    /// A real NAO that is pushed, by the IMU of a leg.
+    PushedNao,
 }
 
 impl Set {
     /// All sets in the order in which they are shown.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 16] = [
         Self::Ground,
         Self::ThreeSteps,
         Self::Slip,
@@ -97,6 +110,11 @@ impl Set {
         Self::Trot,
         Self::Run,
         Self::Slips,
+        Self::Atlas500,
+        Self::Talos,
+        Self::RealNao,
+        Self::Go1,
+        Self::PushedNao,
     ];
 
     /// The sets that the mean over sets is taken of. The others show how the simulated foot does in
@@ -110,6 +128,9 @@ impl Set {
         Self::Shoe,
         Self::Demo,
     ];
+
+    /// The sets of real robots, which have a mean of their own.
+    pub const ROBOTS: [Self; 4] = [Self::Talos, Self::RealNao, Self::Go1, Self::PushedNao];
 
     /// Its name in tables.
     #[must_use]
@@ -126,6 +147,11 @@ impl Set {
             Self::Trot => "trot",
             Self::Run => "run",
             Self::Slips => "slips",
+            Self::Atlas500 => "ATLAS 500 Hz",
+            Self::Talos => "TALOS",
+            Self::RealNao => "real NAO",
+            Self::Go1 => "GO1",
+            Self::PushedNao => "pushed NAO",
         }
     }
 
@@ -133,11 +159,19 @@ impl Set {
     #[must_use]
     pub const fn family(self) -> Family {
         match self {
-            Self::Ground | Self::ThreeSteps | Self::Slip => Family::Atlas,
+            Self::Ground | Self::ThreeSteps | Self::Slip | Self::Atlas500 => Family::Atlas,
             Self::Atlas7k | Self::Nao => Family::Lcd,
             Self::Shoe => Family::Shoe,
             Self::Demo | Self::Walk | Self::Trot | Self::Run | Self::Slips => Family::Simulated,
+            Self::Talos | Self::RealNao | Self::Go1 | Self::PushedNao => Family::Robots,
         }
+    }
+
+    /// Whether its labels may tune a method for other families. Those of the real robots say
+    /// "loaded", and the runs at 500 Hz have spikes in their stances.
+    #[must_use]
+    pub const fn teaches_other_families(self) -> bool {
+        !matches!(self, Self::Atlas500) && !matches!(self.family(), Family::Robots)
     }
 
     /// Where its recordings come from, in the order in which they are scored.
@@ -166,6 +200,21 @@ impl Set {
                     seed,
                 })
                 .collect(),
+            Self::Atlas500 => vec![
+                foot("robots/atlas500/atlas_500hz_01ground.csv", AUTHORS_HISTORY),
+                foot("robots/atlas500/atlas_500hz_03ground.csv", AUTHORS_HISTORY),
+            ],
+            Self::Talos => vec![foot("robots/talos/talos1.csv", AUTHORS_HISTORY)],
+            Self::RealNao => vec![foot("robots/nao/nao_L.csv", AUTHORS_HISTORY)],
+            Self::Go1 => vec![
+                foot("robots/go1/REALgo1.csv", AUTHORS_HISTORY),
+                foot("robots/go1/normal_surface.csv", AUTHORS_HISTORY),
+            ],
+            // The force of the left leg is doubtful.
+            Self::PushedNao => vec![
+                foot("robots/nao_gem/1_r.csv", GEM_HISTORY),
+                foot("robots/nao_gem/2_r.csv", GEM_HISTORY),
+            ],
         }
     }
 }
@@ -174,7 +223,7 @@ impl Set {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pool {
-    /// The three sets of ATLAS.
+    /// The three sets of ATLAS at 1 kHz, on which the paper reports.
     Atlas,
     /// The two sets of LCD.
     Lcd,
@@ -184,7 +233,16 @@ impl Pool {
     /// All pools in the order in which they are shown.
     pub const ALL: [Self; 2] = [Self::Atlas, Self::Lcd];
 
-    /// The sets in it: all of a family.
+    /// The sets in it.
+    #[must_use]
+    pub const fn sets(self) -> &'static [Set] {
+        match self {
+            Self::Atlas => &[Set::Ground, Set::ThreeSteps, Set::Slip],
+            Self::Lcd => &[Set::Atlas7k, Set::Nao],
+        }
+    }
+
+    /// The family of its sets.
     #[must_use]
     pub const fn family(self) -> Family {
         match self {
@@ -235,6 +293,12 @@ pub enum Layout {
     Robot(LabelScheme),
     /// A header and motion with gravity.
     Walk,
+    /// A header, motion and force; gravity is removed where the folder has a file
+    /// [`GRAVITY_REMOVED`](crate::labelled::GRAVITY_REMOVED).
+    Foot {
+        /// Where the file can be had.
+        origin: &'static str,
+    },
 }
 
 impl File {
@@ -247,6 +311,7 @@ impl File {
             }
             Layout::Robot(LabelScheme::ContactClass) => "github.com/mrsp/lcd",
             Layout::Walk => "github.com/mtahakoroglu/OpenShoe-PyShoe-DeepShoe-FuseShoe",
+            Layout::Foot { origin } => origin,
         }
     }
 }
@@ -307,6 +372,16 @@ const fn shoe(path: &'static str) -> Source {
     Source::File(File { path, layout })
 }
 
+const AUTHORS_HISTORY: &str =
+    "the history of github.com/MichaelMarav/ProbabilisticContactEstimation, converted to CSV";
+
+const GEM_HISTORY: &str = "the history of github.com/mrsp/gem, converted to CSV";
+
+const fn foot(path: &'static str, origin: &'static str) -> Source {
+    let layout = Layout::Foot { origin };
+    Source::File(File { path, layout })
+}
+
 fn steady(gait: GaitName) -> Source {
     Source::Simulated {
         plan: Plan::steady(gait, Ground::Hard, STEADY_SECONDS, STEADY_SEED),
@@ -320,10 +395,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_set_has_a_recording_and_every_family_is_in_the_mean() {
+    fn every_set_has_a_recording_and_its_family_is_in_a_mean() {
         for set in Set::ALL {
             assert!(!set.sources().is_empty(), "{set:?}");
-            let counted = Set::AVERAGED.into_iter();
+            let counted = Set::AVERAGED.into_iter().chain(Set::ROBOTS);
             assert!(
                 counted
                     .map(Set::family)

@@ -13,7 +13,8 @@ use crate::sets::Family;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Teachers {
-    /// Those of all other families: nothing is known of this robot, sensor or kind of label.
+    /// Those of all other families ([`teaches_other_families`](crate::sets::Set::teaches_other_families)): nothing is known of this robot,
+    /// sensor or kind of label.
     OtherFamilies,
     /// Those of another recording of the same family.
     SameFamily,
@@ -28,6 +29,7 @@ impl Teachers {
                 let family = |index: usize| recordings[index].set.family();
                 let all = 0..recordings.len();
                 all.filter(|other| family(*other) != family(index))
+                    .filter(|other| recordings[*other].set.teaches_other_families())
                     .collect()
             }
             Self::SameFamily => first_relative(recordings, index).into_iter().collect(),
@@ -44,6 +46,13 @@ pub fn unlabelled(recordings: &[Labelled], index: usize) -> usize {
         Family::Lcd => index,
         Family::Atlas | Family::Shoe | Family::Simulated => {
             first_relative(recordings, index).unwrap_or(index)
+        }
+        // Each of its sets is of another robot.
+        Family::Robots => {
+            let set = |index: usize| recordings[index].set;
+            let other =
+                (0..recordings.len()).find(|other| *other != index && set(*other) == set(index));
+            other.unwrap_or(index)
         }
     }
 }
@@ -82,6 +91,18 @@ mod tests {
         assert_eq!([same(3), same(4)], [[4], [3]]);
         let others = Teachers::OtherFamilies.indices(&recordings, 3);
         assert_eq!(others, [0, 1, 2, 5, 6, 7, 8]);
+    }
+
+    #[test]
+    fn real_robots_teach_no_other_family() {
+        use Set::{Atlas500, Demo, Go1, Ground, Talos};
+        let recordings = recordings(&[Ground, Demo, Atlas500, Talos, Go1, Go1]);
+        let others = |index| Teachers::OtherFamilies.indices(&recordings, index);
+        assert_eq!([others(0), others(3)], [vec![1], vec![0, 1]]);
+        assert_eq!(
+            [3, 4, 5].map(|index| unlabelled(&recordings, index)),
+            [3, 5, 4]
+        );
     }
 
     #[test]

@@ -14,7 +14,7 @@ use crate::window::Reading;
 pub(crate) fn labelled(set: Set, rows: impl Iterator<Item = (Wrench, Reading, Label)>) -> Labelled {
     let gravity = match set.family() {
         Family::Atlas | Family::Lcd => Gravity::Removed,
-        Family::Shoe | Family::Simulated => Gravity::Included,
+        Family::Shoe | Family::Simulated | Family::Robots => Gravity::Included,
     };
     let up = match gravity {
         Gravity::Removed => 0.0,

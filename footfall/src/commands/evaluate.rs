@@ -14,7 +14,7 @@ use crate::targets::{self, Target};
 /// What `footfall evaluate` takes.
 #[derive(Debug, Args)]
 pub struct EvaluateArguments {
-    /// The folder with pce/, lcd/ and pyshoe/ in it
+    /// The folder with pce/, lcd/, pyshoe/ and robots/ in it
     #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = DATASETS)]
     pub datasets: PathBuf,
     /// Print the tables in Markdown

@@ -1,6 +1,7 @@
 //! An evaluation as tables ([`table`]) and [`pictures`].
 
 pub mod pictures;
+mod rates;
 pub mod table;
 
 pub use pictures::{histogram, reliability};

@@ -39,7 +39,7 @@ pub fn reliability(evaluation: &Evaluation) -> io::Result<String> {
         reliability_diagram::Panel {
             title: pool.family().name().to_owned(),
             series: methods.map(|method| {
-                let scored = evaluation.scored(method, |set| set.family() == pool.family());
+                let scored = evaluation.scored(method, |set| pool.sets().contains(&set));
                 let error = calibration_error(&scored).unwrap_or(0.0);
                 reliability_diagram::Series {
                     name: format!("{}: {error:.3}", method.name()),

@@ -6,9 +6,12 @@ use scoring::evaluation::{About, Evaluated, Evaluation};
 use scoring::method::Method;
 use scoring::metrics::Latency;
 use scoring::peers::Detector;
+use scoring::rates::{AtRate, BOARD_RATE};
 use scoring::score::{Figures, Scores};
 use scoring::sets::{Pool, Set};
 use scoring::teaching::Teachers;
+
+use super::rates;
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,9 +23,9 @@ pub enum Style {
 }
 
 /// A table: a head and rows of as many cells.
-struct Table {
-    head: Vec<String>,
-    rows: Vec<Vec<String>>,
+pub(super) struct Table {
+    pub(super) head: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
 }
 
 impl Table {
@@ -113,6 +116,8 @@ impl Figure {
 enum Scope {
     /// The mean over [`Set::AVERAGED`].
     Mean,
+    /// The mean over [`Set::ROBOTS`].
+    Robots,
     Pool(Pool),
     Set(Set),
 }
@@ -121,6 +126,7 @@ impl Scope {
     const fn name(self) -> &'static str {
         match self {
             Self::Mean => "mean",
+            Self::Robots => "real robots",
             Self::Pool(pool) => pool.name(),
             Self::Set(set) => set.name(),
         }
@@ -129,8 +135,19 @@ impl Scope {
     fn scores(self, evaluated: &Evaluated) -> Option<&Scores> {
         match self {
             Self::Mean => evaluated.mean.as_ref(),
+            Self::Robots => evaluated.robots.as_ref(),
             Self::Pool(pool) => evaluated.on_pool(pool).map(|figures| &figures.scores),
             Self::Set(set) => evaluated.on_set(set).map(|figures| &figures.scores),
+        }
+    }
+
+    fn scores_at_rate(self, at: &AtRate) -> Option<&Scores> {
+        match self {
+            Self::Mean => at.mean.as_ref(),
+            Self::Robots => at.robots.as_ref(),
+            Self::Pool(Pool::Atlas) => at.atlas_pooled.as_ref(),
+            Self::Pool(Pool::Lcd) => at.lcd_pooled.as_ref(),
+            Self::Set(set) => at.on_set(set),
         }
     }
 }
@@ -151,7 +168,7 @@ const BRIEF_METHODS: [Method; 11] = [
     Method::FuzzyCMeans,
 ];
 
-const BRIEF_COLUMNS: [(Scope, Figure); 8] = [
+const BRIEF_COLUMNS: [(Scope, Figure); 9] = [
     (Scope::Mean, Figure::Rmse),
     (Scope::Mean, Figure::RocAuc),
     (Scope::Mean, Figure::CalibrationError),
@@ -160,6 +177,7 @@ const BRIEF_COLUMNS: [(Scope, Figure); 8] = [
     (Scope::Pool(Pool::Lcd), Figure::Rmse),
     (Scope::Set(Set::Shoe), Figure::Rmse),
     (Scope::Set(Set::Demo), Figure::Rmse),
+    (Scope::Robots, Figure::Rmse),
 ];
 
 /// The figures that are shown set beside set.
@@ -172,31 +190,47 @@ const COMPARED: [Figure; 5] = [
 ];
 
 /// The table for the README: some methods and some figures of the
-/// [full tables](full_tables).
+/// [full tables](full_tables), and the default preset at the board's sample rate.
 #[must_use]
 pub fn brief_table(evaluation: &Evaluation, style: Style) -> String {
     let methods = evaluation.methods.iter();
     let brief = methods.filter(|evaluated| BRIEF_METHODS.contains(&evaluated.method));
     let title = |(scope, figure): &(Scope, Figure)| format!("{} {}", scope.name(), figure.title());
-    let row = |evaluated: &Evaluated| {
+    let row = |evaluated: &Evaluated| -> Vec<String> {
         let cells = BRIEF_COLUMNS.iter();
         let cells = cells.map(|(scope, figure)| figure.cell(scope.scores(evaluated)));
         [evaluated.name.clone()].into_iter().chain(cells).collect()
     };
+    let at_rate = |at: &AtRate| -> Vec<String> {
+        let cells = BRIEF_COLUMNS.iter();
+        let cells = cells.map(|(scope, figure)| figure.cell(scope.scores_at_rate(at)));
+        let name = format!("{}, at {}", Method::Default.name(), at.rate.name());
+        [name].into_iter().chain(cells).collect()
+    };
+    let board = evaluation.rates.iter().filter(|at| at.rate == BOARD_RATE);
+    let mut rows: Vec<_> = brief.map(row).collect();
+    // Below the default preset at the recordings' own rates.
+    rows.splice(1..1, board.map(at_rate));
     let table = Table {
         head: head(BRIEF_COLUMNS.iter().map(title)),
-        rows: brief.map(row).collect(),
+        rows,
     };
     written(|to| table.write(style, to))
 }
 
-/// Everything: the means over sets, the pools, each figure set beside set, then for each set all
+/// Everything: the means over sets, the sample rates, the pools, each figure set beside set, then for each set all
 /// figures and what each method knew.
 #[must_use]
 pub fn full_tables(evaluation: &Evaluation, style: Style) -> String {
     written(|to| {
         write_title("Means over seven sets", style, to)?;
         scope_table(evaluation, Scope::Mean).write(style, to)?;
+        to.push('\n');
+        write_title("Means over four real robots", style, to)?;
+        scope_table(evaluation, Scope::Robots).write(style, to)?;
+        to.push('\n');
+        write_title("Default preset at several sample rates", style, to)?;
+        rates::by_set(evaluation).write(style, to)?;
         for pool in Pool::ALL {
             to.push('\n');
             write_title(pool.name(), style, to)?;
@@ -230,11 +264,11 @@ fn scope_table(evaluation: &Evaluation, scope: Scope) -> Table {
     }
 }
 
-/// One figure of all methods: the mean, ATLAS pooled, and every set.
+/// One figure of all methods: the means, ATLAS pooled, and every set.
 fn figure_table(evaluation: &Evaluation, figure: Figure) -> Table {
     let scopes = || {
         let sets = Set::ALL.into_iter().map(Scope::Set);
-        [Scope::Mean, Scope::Pool(Pool::Atlas)]
+        [Scope::Mean, Scope::Robots, Scope::Pool(Pool::Atlas)]
             .into_iter()
             .chain(sets)
     };
@@ -306,7 +340,7 @@ fn written(write: impl FnOnce(&mut String) -> fmt::Result) -> String {
     text
 }
 
-fn none() -> String {
+pub(super) fn none() -> String {
     "–".to_owned()
 }
 

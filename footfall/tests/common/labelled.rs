@@ -3,6 +3,7 @@
 use std::fs;
 
 use recordings::input::pce::LabelScheme;
+use scoring::labelled::GRAVITY_REMOVED;
 use scoring::sets::{File, Layout, files};
 
 use super::Bench;
@@ -15,6 +16,8 @@ pub fn bench() -> Bench {
         fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
         fs::write(path, content(&file)).expect("a recording");
     }
+    let marker = bench.path("data/robots/atlas500").join(GRAVITY_REMOVED);
+    fs::write(marker, "").expect("a file");
     bench
 }
 
@@ -23,6 +26,7 @@ fn content(file: &File) -> String {
         Layout::Robot(LabelScheme::StableOrNot) => ("", 300),
         Layout::Robot(LabelScheme::ContactClass) => ("", 30),
         Layout::Walk => ("t,ax,ay,az,wx,wy,wz,speed,label\n", 60),
+        Layout::Foot { .. } => ("t,ax,ay,az,wx,wy,wz,force,label\n", 60),
     };
     let row = |k: u32| {
         let noise = 0.02 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
@@ -42,7 +46,11 @@ fn content(file: &File) -> String {
                 };
                 format!("{},{},{label}\n", cells(wrench), cells(motion))
             }
-            Layout::Walk => {
+            Layout::Foot { .. } if file.path.contains("atlas500") => {
+                let time = f64::from(k) / 200.0;
+                format!("{time},{},0.0,{}\n", cells(motion), i32::from(stands))
+            }
+            Layout::Walk | Layout::Foot { .. } => {
                 let [ax, ay, az, wx, wy, wz] = motion;
                 let force = cells([ax, ay, az - 9.81, wx, wy, wz]);
                 let time = f64::from(k) / 200.0;

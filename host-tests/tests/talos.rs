@@ -1,0 +1,55 @@
+//! The paper's recording of a real TALOS: P while the foot is loaded, and while it is not.
+
+use estimator_core::{Load, Params};
+use host_tests::committed::assert_block;
+use host_tests::labelled::of_sets;
+use recordings::recording::Recording;
+use recordings::replay::replay;
+use scoring::resample::resample;
+use scoring::sets::Set;
+
+/// The foot bears the robot above this force, N.
+const LOADED: f32 = 850.0;
+
+/// It swings, or is about to, below this force, N.
+const UNLOADED: f32 = 150.0;
+
+/// The median of P above [`LOADED`] and below [`UNLOADED`].
+fn medians(recording: &Recording, params: &Params) -> [f32; 2] {
+    let estimates = replay(recording, params).expect("a preset");
+    let pairs = || recording.samples.iter().zip(&estimates);
+    let median = |counts: fn(f32) -> bool| {
+        let counted = pairs().filter(|(s, _)| s.load.is_some_and(|Load(force)| counts(force)));
+        let mut values: Vec<f32> = counted.map(|(_, e)| e.probabilities.stable).collect();
+        values.sort_by(f32::total_cmp);
+        values[values.len() / 2]
+    };
+    [
+        median(|force| force > LOADED),
+        median(|force| force < UNLOADED),
+    ]
+}
+
+#[test]
+fn stable_probability_follows_the_load_of_talos() {
+    let Some(files) = of_sets(&[Set::Talos]) else {
+        return;
+    };
+    let native = &files[0].recording;
+    let board = resample(native, 1000.0);
+    let mut table =
+        "| preset | rate | median of P above 850 N | below 150 N |\n|---|---|---|---|\n".to_owned();
+    for (name, params, recording) in [
+        ("default", Params::DEFAULT, native),
+        ("default", Params::DEFAULT, &board),
+        ("`paper`", Params::PAPER, native),
+    ] {
+        let [loaded, unloaded] = medians(recording, &params);
+        let rate = recording.sample_rate;
+        table += &format!("| {name} | {rate} Hz | {loaded:.2} | {unloaded:.2} |\n");
+    }
+    println!("{table}");
+    let [loaded, unloaded] = medians(native, &Params::DEFAULT);
+    assert!(loaded > 0.95 && unloaded < 0.25, "{loaded}, {unloaded}");
+    assert_block("docs/evaluation.md", "talos", &table);
+}
