@@ -4,9 +4,11 @@ use estimator_core::Timestamp;
 use firmware::imu::default_params;
 use gait::slips::{SENSOR, profiles};
 use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simulate};
+use host_tests::labelled::of_sets;
 use recordings::events::{Event, Events, Kind};
 use recordings::recording::{Label, Recording};
 use recordings::replay::Replay;
+use scoring::sets::Set;
 
 /// From rest under load to the decision, s: window and on-delay.
 const DEBOUNCE: f64 = 0.06;
@@ -260,6 +262,25 @@ fn slips_are_found_and_their_distance_is_right_to_a_millimetre_or_two() {
     assert!((0.05..0.2).contains(&middle), "{middle} mm");
     assert!((0.4..1.2).contains(&nine_of_ten), "{nine_of_ten} mm");
     assert!((2.0..5.0).contains(&worst), "{worst} mm");
+}
+
+/// Limit of the slips that are reported on the twelve walks in a shoe, none of which slips: measured are 3.
+const SHOE_SLIPS: usize = 5;
+
+#[test]
+fn ordinary_walks_in_a_shoe_have_few_slips() {
+    let Some(walks) = of_sets(&[Set::Shoe]) else {
+        return;
+    };
+    let events: Vec<Event> = (walks.iter())
+        .flat_map(|walk| events(&walk.recording))
+        .collect();
+    let touch_downs = times(&events, Kind::TouchDown).len();
+    let slips = times(&events, Kind::SlipStart).len();
+    println!("{touch_downs} touch-downs, {slips} slips");
+    // The walks have 270 steps.
+    assert!((260..=280).contains(&touch_downs), "{touch_downs}");
+    assert!(slips <= SHOE_SLIPS, "{slips}");
 }
 
 #[test]

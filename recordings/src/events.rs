@@ -6,15 +6,16 @@
 //! | in the stretch | its beginning is | its end is |
 //! |---|---|---|
 //! | the foot left the ground, and the stretch lasts [`SHORTEST_SWING_US`] | a lift-off | a touch-down |
-//! | before it left the ground, it slid for [`SHORTEST_SWING_US`] | a slip start; where it left the ground are a slip end and a lift-off | a touch-down |
+//! | before it left the ground or rolled, it slid for [`SHORTEST_SWING_US`] | a slip start; where it did are a slip end and a lift-off | a touch-down |
 //! | the motion was unknown for [`SHORTEST_SWING_US`] | where the stance ended is not known | nor is where the next one began |
-//! | it slid | a slip start | a slip end |
-//! | none of these: it sank or rocked | no event | no event |
+//! | it slid, and did not roll for [`SHORTEST_SWING_US`] | a slip start | a slip end |
+//! | none of these: it sank, rocked or rolled | no event | no event |
 //!
 //! A foot has left the ground where its load is below the threshold ([`Phase::Swing`],
 //! [`Phase::QuietSwing`]); without a load, where the probability that it neither lifts nor tilts has fallen
 //! below [`LIFTED_BELOW`]. It slides where the probability that it does not move along the ground has fallen
-//! below [`SLIDES_BELOW`], and before it tilts. In simulated walks, trots and runs the former falls to at most
+//! below [`SLIDES_BELOW`], and before it rolls: is inclined by more than [`ROLLS_ABOVE`] against its stance. The heel of a
+//! shoe moves along the ground in every roll-off, and the shoe turns about its toe. In simulated walks, trots and runs the former falls to at most
 //! 0.03 in every swing, and in slips stays above 0.25, but for 2 ms at
 //! the end of one recording (0.09); the latter stays above 0.9 in soft ground that gives
 //! way.
@@ -52,7 +53,7 @@ use crate::output::{quoted, write_time};
 use reckoning::Reckoning;
 use unstable::{Unstable, Verdict};
 
-pub use unstable::{LIFTED_BELOW, SHORTEST_SWING_US, SLIDES_BELOW};
+pub use unstable::{LIFTED_BELOW, ROLLS_ABOVE, SHORTEST_SWING_US, SLIDES_BELOW};
 
 /// The header of a table of events; one of several feet has the column `foot` before it.
 ///

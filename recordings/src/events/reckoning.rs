@@ -1,6 +1,6 @@
 //! Dead reckoning: how far a foot has come since it last stood, from its accelerations alone.
 
-use estimator_core::{ContactEstimate, Flag, Timestamp, Vec3};
+use estimator_core::{ContactEstimate, Flag, Timestamp};
 
 use crate::space::{Rotation, Vector};
 
@@ -21,6 +21,8 @@ const UNSOUND: [Flag; 4] = [
 pub(super) struct Reckoning {
     start: Timestamp,
     now: Timestamp,
+    /// Up in the frame of the foot, while it stood.
+    up: Vector,
     /// World frame, m/s².
     acceleration: Vector,
     /// m/s.
@@ -36,6 +38,7 @@ impl Reckoning {
         Self {
             start: estimate.timestamp,
             now: estimate.timestamp,
+            up: up(estimate),
             acceleration: in_world(estimate),
             velocity: Vector::default(),
             position: Vector::default(),
@@ -68,6 +71,11 @@ impl Reckoning {
         self.now = estimate.timestamp;
     }
 
+    /// Angle by which the foot is inclined against its stance, rad; 0 to π.
+    pub(super) fn tilt(&self, estimate: &ContactEstimate) -> f64 {
+        self.up.angle_to(up(estimate))
+    }
+
     /// How far along the ground the foot has come, m, where it now stands again: what is left of the
     /// speed is an error that has grown evenly, and is taken out. `None` where a sample was missing or
     /// cannot be believed.
@@ -89,15 +97,19 @@ impl Reckoning {
 
 /// The acceleration without gravity in the world frame, m/s².
 fn in_world(estimate: &ContactEstimate) -> Vector {
-    let vector = |v: Vec3| Vector::new(v.x.into(), v.y.into(), v.z.into());
-    let orientation = estimate.orientation;
-    let rotation = Rotation {
-        w: orientation.w.into(),
-        v: Vector::new(
-            orientation.x.into(),
-            orientation.y.into(),
-            orientation.z.into(),
-        ),
-    };
-    rotation.to_world(vector(estimate.linear_acceleration.0))
+    let a = estimate.linear_acceleration.0;
+    rotation(estimate).to_world(Vector::new(a.x.into(), a.y.into(), a.z.into()))
+}
+
+/// Up in the frame of the foot.
+fn up(estimate: &ContactEstimate) -> Vector {
+    rotation(estimate).to_sensor(Vector::new(0.0, 0.0, 1.0))
+}
+
+fn rotation(estimate: &ContactEstimate) -> Rotation {
+    let q = estimate.orientation;
+    Rotation {
+        w: q.w.into(),
+        v: Vector::new(q.x.into(), q.y.into(), q.z.into()),
+    }
 }

@@ -1,7 +1,7 @@
 //! Events of feet whose estimates are written down.
 
 use super::*;
-use estimator_core::{Flag, Flags, LinearAcceleration, Phase, Probabilities, Vec3};
+use estimator_core::{Flag, Flags, LinearAcceleration, Phase, Probabilities, Quaternion, Vec3};
 
 /// What a foot does for some milliseconds.
 #[derive(Clone, Copy)]
@@ -11,13 +11,15 @@ enum Does {
     Swings(Phase),
     /// Along the ground, with this acceleration, m/s².
     Slides(Phase, f32),
+    /// About its toe: the sensor moves along the ground, and the foot is inclined by 5°.
+    Rolls,
     /// Up and down on the spot.
     Sinks,
     /// Something that cannot be seen.
     Hides,
 }
 
-use Does::{Hides, Sinks, Slides, Stands, Swings};
+use Does::{Hides, Rolls, Sinks, Slides, Stands, Swings};
 
 /// Without a load no phase is known.
 const NONE: Phase = Phase::Unknown;
@@ -27,6 +29,7 @@ fn estimate(does: Does, ms: u64) -> ContactEstimate {
         Stands => (Decision::Stable, NONE, 0.95, 1.0, 1.0, 0.0),
         Swings(phase) => (Decision::NotStable, phase, 0.0, 0.0, 0.0, 5.0),
         Slides(phase, along) => (Decision::NotStable, phase, 0.1, 0.1, 0.9, along),
+        Rolls => (Decision::NotStable, NONE, 0.1, 0.1, 0.9, 1.0),
         Sinks => (Decision::NotStable, Phase::Slip, 0.3, 0.95, 0.3, 0.0),
         Hides => (Decision::NotStable, NONE, 0.0, 0.0, 0.0, 0.0),
     };
@@ -43,6 +46,15 @@ fn estimate(does: Does, ms: u64) -> ContactEstimate {
         flags: match does {
             Hides => Flags::NONE.with(Flag::InvalidSample),
             _ => Flags::NONE,
+        },
+        orientation: match does {
+            Rolls => Quaternion {
+                w: 0.99905,
+                x: 0.0,
+                y: 0.04362,
+                z: 0.0,
+            },
+            _ => Quaternion::IDENTITY,
         },
         linear_acceleration: LinearAcceleration(Vec3::new(0.6 * along, 0.8 * along, 0.3)),
         ..ContactEstimate::default()
@@ -188,6 +200,32 @@ fn a_foot_that_slides_until_it_is_lifted_has_a_slip_that_ends_there() {
     assert_eq!(
         said(&peeled),
         [("lift_off", 100, None), ("touch_down", 460, None)]
+    );
+}
+
+#[test]
+fn foot_that_rolls_off_about_its_toe_has_no_slip() {
+    let stance = [(100, Stands), (30, Slides(NONE, 1.0)), (120, Rolls)];
+    let rocks = [&stance[..], &[(100, Stands)]].concat();
+    assert_eq!(said(&rocks), []);
+    let lifts = [&stance[..], &[(300, Swings(NONE)), (50, Stands)]].concat();
+    assert_eq!(
+        said(&lifts),
+        [("lift_off", 100, None), ("touch_down", 550, None)]
+    );
+}
+
+#[test]
+fn slide_before_a_roll_keeps_its_slip() {
+    let slides = [
+        (100, Stands),
+        (150, Slides(NONE, 1.0)),
+        (50, Rolls),
+        (100, Stands),
+    ];
+    assert_eq!(
+        said(&slides),
+        [("slip_start", 100, Some(200)), ("slip_end", 300, Some(200))]
     );
 }
 

@@ -15,6 +15,10 @@ pub const LIFTED_BELOW: f32 = 0.1;
 /// A foot on the ground slides where [`tangential`](estimator_core::Probabilities::tangential) is below.
 pub const SLIDES_BELOW: f32 = 0.5;
 
+/// A foot that is inclined by more against its stance rolls, rad (1°). Simulated slides tilt by up to 0.3° until
+/// the foot peels off, roll-offs of a shoe by 1° within 50 ms.
+pub const ROLLS_ABOVE: f64 = 0.0175;
+
 /// The flags that leave open how the foot moves.
 const MOTION_UNKNOWN: [Flag; 5] = [
     Flag::WindowNotFull,
@@ -41,6 +45,8 @@ pub(super) struct Unstable {
     /// From when on the foot was without load, and from when on it lifted or tilted.
     unloaded: Option<Timestamp>,
     lifted: Option<Timestamp>,
+    /// From when on it rolled about its toe or its heel.
+    rolled: Option<Timestamp>,
     /// Whether it slid before that.
     slid: bool,
     unknown_us: u64,
@@ -77,6 +83,7 @@ impl Unstable {
             has_load: false,
             unloaded: None,
             lifted: None,
+            rolled: None,
             slid: false,
             unknown_us: 0,
             last_unknown: None,
@@ -113,6 +120,9 @@ impl Unstable {
             if estimate.probabilities.vertical < LIFTED_BELOW {
                 self.lifted.get_or_insert(now);
             }
+            if (self.reckoning).is_some_and(|reckoning| reckoning.tilt(estimate) > ROLLS_ABOVE) {
+                self.rolled.get_or_insert(now);
+            }
             self.slid |=
                 self.left_ground().is_none() && estimate.probabilities.tangential < SLIDES_BELOW;
         }
@@ -138,12 +148,13 @@ impl Unstable {
         self.reckoning?.distance_to_rest()
     }
 
-    /// When it lost its load or lifted or tilted, whichever was first.
+    /// When it lost its load, lifted or began to roll, whichever was first.
     fn left_ground(&self) -> Option<Timestamp> {
-        match (self.unloaded, self.lifted) {
-            (Some(a), Some(b)) => Some(if a.as_micros() < b.as_micros() { a } else { b }),
-            (a, b) => a.or(b),
-        }
+        let times = [self.unloaded, self.lifted, self.rolled];
+        times
+            .into_iter()
+            .flatten()
+            .min_by_key(|time| time.as_micros())
     }
 
     /// What it was, if it ends here.
@@ -156,16 +167,17 @@ impl Unstable {
             true => self.unloaded.is_some(),
             false => self.lifted.is_some(),
         };
+        let slid_until = |end: Timestamp| self.slid && lasted(self.start, end);
         match self.left_ground().filter(|_| has_swung) {
             Some(left) if lasted(self.start, self.newest) => {
-                let slip = self.slid && lasted(self.start, left);
+                let slip = slid_until(left);
                 Verdict::Swing {
                     lift_off: if slip { left } else { self.start },
                     slip,
                 }
             }
             _ if self.unknown_us >= SHORTEST_SWING_US => Verdict::Unknown,
-            _ if self.slid => Verdict::Slip,
+            _ if self.rolled.map_or(self.slid, slid_until) => Verdict::Slip,
             _ => Verdict::Neither,
         }
     }
