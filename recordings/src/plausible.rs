@@ -13,6 +13,7 @@
 //! | the clock jumps | steps of more than a second that are no usual steps of the recording |
 //! | rows arrive in batches | a third of the steps are less than a quarter of the mean |
 //! | the rate is low | it is below [`LOWEST_RATE`] |
+//! | readings are held | one in four repeats the one before it, to the last bit of all six axes, not all zeros, and not 50 times in a row |
 //! | a sensor clips | more than [`CLIPPED_A_STEP`] samples a step are at the end of its range |
 //! | the probability never rises | it is hardly ever above ½ while the foot is loaded, or in the whole recording |
 //! | the load is in another unit than its thresholds | it is always on one side of them, though the foot stands and moves |
@@ -23,6 +24,7 @@
 
 mod clipping;
 mod clock;
+mod held;
 mod histogram;
 mod load;
 mod rates;
@@ -39,6 +41,7 @@ use crate::mounting;
 use crate::recording::{RecordedSample, Recording};
 use clipping::Clipping;
 use clock::ClockCheck;
+use held::HeldCheck;
 use load::LoadCheck;
 use rates::RateCheck;
 use rest::{Rest, RestSearch};
@@ -137,6 +140,15 @@ pub enum Finding {
         /// The share of steps that are much shorter than the mean, in [0, 1].
         share: f64,
     },
+    /// Rows come more often than the sensor was read.
+    HeldReadings {
+        /// How many samples repeat the one before.
+        samples: u64,
+        /// Number of all samples.
+        of: u64,
+        /// The rate of new readings, Hz.
+        rate: f32,
+    },
     /// A sensor's range is too small for the steps.
     Clips {
         /// Which one.
@@ -178,6 +190,7 @@ impl Finding {
             Self::GravityNotAlongZ { .. } => "gravity_not_along_z",
             Self::ClockJumps { .. } => "clock_jumps",
             Self::Batches { .. } => "batches",
+            Self::HeldReadings { .. } => "held_readings",
             Self::Clips { .. } => "clips",
             Self::NeverRises { .. } => "never_rises",
             Self::LowRate { .. } => "low_rate",
@@ -258,6 +271,10 @@ impl fmt::Display for Finding {
                 "{:.0} % of the rows come right after another, as if they arrive in batches: --times rate",
                 100.0 * share
             ),
+            Self::HeldReadings { samples, of, rate } => write!(
+                f,
+                "{samples} of {of} samples repeat the one before in all axes: the sensor was read at about {rate:.0} Hz, and its readings were held"
+            ),
             Self::Clips {
                 sensor,
                 samples,
@@ -312,6 +329,7 @@ pub struct Check {
     rest: RestSearch,
     rates: RateCheck,
     clock: ClockCheck,
+    held: HeldCheck,
     clipping: Clipping,
     rise: Rise,
     load: LoadCheck,
@@ -329,6 +347,7 @@ impl Check {
             rest: RestSearch::new(sample_rate),
             rates: RateCheck::new(RateUnit::default()),
             clock: ClockCheck::default(),
+            held: HeldCheck::default(),
             clipping: Clipping::default(),
             rise: Rise::default(),
             load: LoadCheck::default(),
@@ -354,6 +373,7 @@ impl Check {
         }
         self.rates.add(sample);
         self.clock.add(sample.imu.timestamp);
+        self.held.add(sample);
         self.clipping.add(sample);
     }
 
@@ -380,6 +400,7 @@ impl Check {
         }
         findings.extend(self.rates.finding());
         findings.extend(self.clock.findings());
+        findings.extend(self.held.finding(self.sample_rate));
         if self.sample_rate < LOWEST_RATE * (1.0 - RATE_TOLERANCE) {
             findings.push(Finding::LowRate {
                 rate: self.sample_rate,

@@ -63,6 +63,51 @@ fn nothing_is_wrong_with_a_walk() {
     assert_eq!(found(&walk()), [""; 0]);
 }
 
+/// Readings that come once in `rows` rows, and are held.
+fn held(rows: usize) -> Recording {
+    let mut recording = walk();
+    for k in 0..recording.samples.len() {
+        let read = recording.samples[k - k % rows].imu;
+        let imu = &mut recording.samples[k].imu;
+        (imu.specific_force, imu.angular_rate) = (read.specific_force, read.angular_rate);
+    }
+    recording
+}
+
+#[test]
+fn held_readings_are_found_with_their_number() {
+    let mut recording = held(4);
+    // While it rests, the made-up foot has noise, too.
+    for (k, sample) in (0..).zip(&mut recording.samples) {
+        sample.imu.angular_rate.0.x = 1e-3 * (k / 4 % 7) as f32;
+    }
+    let finding = check(&recording)
+        .into_iter()
+        .find(|f| f.name() == "held_readings");
+    let Some(Finding::HeldReadings { samples, of, rate }) = finding else {
+        panic!("{finding:?}");
+    };
+    // The last three have no reading after them.
+    assert_eq!((samples, of), (1497, 2000));
+    assert!((rate - 50.0).abs() < 1.0, "{rate}");
+}
+
+#[test]
+fn perfect_rest_is_not_held() {
+    let constant = with_force(|_| Vec3::new(0.0, 0.0, 9.81));
+    assert!(!found(&constant).contains(&"held_readings"));
+    let mut removed = held(4);
+    removed.gravity = Gravity::Removed;
+    for sample in &mut removed.samples {
+        // At rest in three samples of four.
+        let moves = sample.imu.timestamp.as_micros() / 5_000 % 4 == 0;
+        let force = if moves { 3.0 } else { 0.0 };
+        sample.imu.specific_force.0 = Vec3::new(force, 0.0, 0.0);
+        sample.imu.angular_rate.0 = Vec3::ZERO;
+    }
+    assert!(!found(&removed).contains(&"held_readings"));
+}
+
 #[test]
 fn accelerations_in_g_are_found_with_gravity_declared_or_not() {
     let mut recording = with_force(scaled(1.0 / 9.81));
