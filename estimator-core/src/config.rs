@@ -8,6 +8,7 @@ use crate::params::{Gravity, Method, Params, WindowLength};
 use crate::phase::PhaseCoefficients;
 use crate::range::ParamsError;
 use crate::stillness::StillnessConfig;
+use crate::velocity::VelocityCoefficients;
 
 impl Params {
     /// Checks every field and works out what the estimator needs.
@@ -40,6 +41,7 @@ impl Params {
                 load_on: self.load.on_threshold,
                 load_off: self.load.off_threshold,
             },
+            velocity: VelocityCoefficients::new(&self.velocity),
         })
     }
 
@@ -74,6 +76,7 @@ pub struct Config<const CAPACITY: usize> {
     pub(crate) kernels: PerAxis<Kernel>,
     pub(crate) attitude: AttitudeCoefficients,
     pub(crate) phase: PhaseCoefficients,
+    pub(crate) velocity: VelocityCoefficients,
 }
 
 impl<const CAPACITY: usize> Config<CAPACITY> {

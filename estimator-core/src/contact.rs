@@ -10,6 +10,7 @@ use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Valid
 use crate::stillness::{Learnt, Stillness};
 use crate::units::STANDARD_GRAVITY;
 use crate::vector::{Quaternion, Vec3};
+use crate::velocity::{VelocityCoefficients, VelocitySigma};
 use crate::window::{AnyRing, Filling, Ring};
 
 /// What is known about the foot's contact after one sample. The frame of the foot is that of the samples,
@@ -35,6 +36,9 @@ pub struct ContactEstimate {
     pub angular_rate: AngularRate,
     /// Estimated gyroscope bias, frame of the foot, rad/s.
     pub gyro_bias: AngularRate,
+    /// Standard deviation of the foot's velocity, each axis, about zero, m/s: a
+    /// [zero-velocity measurement](crate::velocity) of this sample.
+    pub velocity_sigma: VelocitySigma,
 }
 
 /// The contact estimator of one foot: attitude filter, density estimate and decision, with room
@@ -51,6 +55,7 @@ struct Pipeline<R: ?Sized> {
     gap_us: u64,
     attitude: AttitudeFilter,
     phase: PhaseTracker,
+    velocity: VelocityCoefficients,
     previous: Option<Timestamp>,
     method: Method,
     /// With [`Method::SelfCalibrating`].
@@ -88,6 +93,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             gap_us: 2 * config.period_us - config.period_us / 4,
             attitude: AttitudeFilter::new(config),
             phase: PhaseTracker::new(config.phase),
+            velocity: config.velocity,
             previous: None,
             method: config.method,
             stillness: Stillness::new(&config.stillness),
@@ -194,6 +200,7 @@ impl Pipeline<AnyRing> {
             linear_acceleration,
             angular_rate,
             gyro_bias: self.attitude.gyro_bias(),
+            velocity_sigma: self.velocity.sigma(probabilities.stable, angular_rate.0, flags),
         }
     }
 

@@ -12,6 +12,7 @@
 //! | or, with half-widths that are set: how much of the sample's kernel lies within them | [`kernel`] |
 //! | the trailing window's masses and their exact sums | [`window`] |
 //! | probability per axis, tangential, vertical and in total | [`probability`] |
+//! | standard deviation of a zero-velocity measurement | [`velocity`] |
 //! | debounced decision, and the phase where the load is known | [`phase`] |
 //! | all of it behind one `update` | [`contact`] |
 //!
@@ -75,6 +76,7 @@ mod step;
 pub mod stillness;
 pub mod units;
 pub mod vector;
+pub mod velocity;
 pub mod window;
 
 pub use attitude::{AttitudeFilter, AttitudeParams, GyroTiming};
@@ -96,3 +98,4 @@ pub use sample::{
 pub use stillness::{Constants, Learning, Learnt, StillnessParams};
 pub use units::Unit;
 pub use vector::{Quaternion, Vec3};
+pub use velocity::{VelocityCoefficients, VelocityParams, VelocitySigma};

@@ -103,6 +103,9 @@ parameters! {
     RestRate = attitude.rest.rate, RadianPerSecond, 1.0e-4 to 1.0;
     BiasLimit = attitude.rest.bias_limit, RadianPerSecond, 0.0 to 1.0;
     BiasTimeConstant = attitude.rest.bias_time_constant, Second, 0.1 to 1.0e3;
+    VelocitySpeed = velocity.speed, MetrePerSecond, 1.0e-3 to 10.0;
+    VelocityLever = velocity.lever, Metre, 0.0 to 10.0;
+    VelocityFloor = velocity.floor, MetrePerSecond, 1.0e-4 to 1.0;
 }
 
 /// The window, where it is a duration. It must also hold a sample, and no more than the estimator

@@ -7,6 +7,7 @@ use crate::attitude::AttitudeParams;
 use crate::axis::PerAxis;
 use crate::stillness::{Constants, Learning, Learnt};
 use crate::units::DEGREE;
+use crate::velocity::VelocityParams;
 
 pub use crate::units::STANDARD_GRAVITY;
 
@@ -91,6 +92,8 @@ pub struct Params {
     pub decision: DecisionParams,
     /// The load trigger.
     pub load: LoadParams,
+    /// The zero-velocity measurement.
+    pub velocity: VelocityParams,
 }
 
 impl Default for Params {
@@ -111,6 +114,7 @@ impl Params {
     /// | `bandwidth` | 0.0196 m/s², 0.00122 rad/s | LSM6DSOX behind 333 and 335 Hz low-pass filters: 2.0 mg at ±16 g and 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz |
     /// | `half_width` | 0.4 m/s², 0.04 rad/s | the paper's values for ATLAS |
     /// | `decision` | 0.5, 20 ms on, 0 ms off | what SERoW (P > 0.5) and Pronto (delays) use |
+    /// | `velocity` | | see [`VelocityParams::DEFAULT`] |
     /// | `load` | 12 N on, 6 N off | 10 % and 5 % of a GO1's weight of 12 kg |
     pub const DEFAULT: Self = Self {
         sample_rate: 1000.0,
@@ -132,6 +136,7 @@ impl Params {
             on_threshold: 12.0,
             off_threshold: 6.0,
         },
+        velocity: VelocityParams::DEFAULT,
     };
 
     /// The paper's settings for its simulated ATLAS: 50 samples at 1 kHz, h and δ as in

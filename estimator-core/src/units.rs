@@ -15,6 +15,10 @@ pub enum Unit {
     Hertz,
     /// s.
     Second,
+    /// m.
+    Metre,
+    /// m/s.
+    MetrePerSecond,
     /// m/s².
     MetrePerSecondSquared,
     /// rad/s.
@@ -35,6 +39,8 @@ impl Unit {
             Self::One => "",
             Self::Hertz => "Hz",
             Self::Second => "s",
+            Self::Metre => "m",
+            Self::MetrePerSecond => "m/s",
             Self::MetrePerSecondSquared => "m/s²",
             Self::RadianPerSecond => "rad/s",
             Self::LoadSignal => "N",
@@ -54,6 +60,8 @@ mod tests {
             Unit::One,
             Unit::Hertz,
             Unit::Second,
+            Unit::Metre,
+            Unit::MetrePerSecond,
             Unit::MetrePerSecondSquared,
             Unit::RadianPerSecond,
             Unit::LoadSignal,

@@ -233,6 +233,7 @@ impl Digest {
             linear_acceleration,
             angular_rate,
             gyro_bias,
+            velocity_sigma,
         } = *estimate;
         self.add_word(timestamp.as_micros() as u32);
         self.add_word(u32::from(flags.bits()) << 16 | (decision as u32) << 8 | phase as u32);
@@ -250,6 +251,7 @@ impl Digest {
         self.add_vector(linear_acceleration.0);
         self.add_vector(angular_rate.0);
         self.add_vector(gyro_bias.0);
+        self.add_word(velocity_sigma.0.to_bits());
     }
 }
 

@@ -22,6 +22,8 @@ use crate::validity::name_of;
 /// | `qw` … `qz` | orientation, Hamilton, foot → world | unit quaternion |
 /// | `lax`, `lay`, `laz` | linear acceleration, frame of the foot | m/s² |
 /// | `bwx`, `bwy`, `bwz` | gyroscope bias, frame of the foot | rad/s |
+/// | `sigma_v` | standard deviation of the foot's velocity about zero: a [zero-velocity
+///   measurement](estimator_core::velocity) | m/s |
 /// | `state` | name of the [`Phase`](estimator_core::Phase); `unknown` without a load | |
 /// | `decision` | the debounced [`Decision`]: 1 stable, 0 not, from the IMU alone | 0 or 1 |
 /// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |
@@ -29,7 +31,7 @@ use crate::validity::name_of;
 /// With half-widths, the first three are the paper's products of probabilities per axis; see
 /// [`Probabilities`](estimator_core::Probabilities).
 pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-     qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,decision,flags";
+     qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags";
 
 /// The header of a recording: what [`input::csv`](crate::input::csv) reads.
 const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
@@ -208,7 +210,8 @@ fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<
         .chain(p.axes.to_array())
         .chain([w, x, y, z])
         .chain(components(estimate.linear_acceleration.0))
-        .chain(components(estimate.gyro_bias.0));
+        .chain(components(estimate.gyro_bias.0))
+        .chain([estimate.velocity_sigma.0]);
     for number in numbers {
         // The shortest decimals that read back as the same f32.
         write!(to, ",{number}")?;
@@ -228,7 +231,7 @@ mod tests {
     use super::*;
     use estimator_core::{
         AngularRate, Flags, Gravity, ImuSample, LinearAcceleration, PerAxis, Phase, Probabilities,
-        Saturation, SpecificForce,
+        Saturation, SpecificForce, VelocitySigma,
     };
 
     use crate::input::{self, Format, Hints};
@@ -290,6 +293,7 @@ mod tests {
             linear_acceleration: LinearAcceleration(Vec3::new(11.0, 12.0, 13.0)),
             gyro_bias: AngularRate(Vec3::new(0.01, 0.02, 0.03)),
             angular_rate: AngularRate(Vec3::new(21.0, 22.0, 23.0)),
+            velocity_sigma: VelocitySigma(0.04),
             decision: Decision::Stable,
             phase: Phase::Stance,
             flags: Flags::NONE.with(Flag::TimeGap),
@@ -303,9 +307,9 @@ mod tests {
         assert_eq!(
             table(estimate),
             "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,decision,flags\n\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags\n\
              1.500000,0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
-             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,1,time_gap\n"
+             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,0.04,stance,1,time_gap\n"
         );
     }
 
@@ -318,10 +322,10 @@ mod tests {
             String::from_utf8(bytes).unwrap(),
             "t,ax,ay,az,wx,wy,wz,force,label,validity,\
              p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,decision,flags\n\
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags\n\
              1.500000,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated,\
              0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
-             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,stance,1,time_gap\n"
+             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,0.04,stance,1,time_gap\n"
         );
         let mut bytes = Vec::new();
         write_recording(&[sample], &mut bytes).unwrap();
@@ -378,7 +382,7 @@ mod tests {
             ..ContactEstimate::default()
         };
         assert_eq!(
-            cells(estimate)[20..],
+            cells(estimate)[21..],
             ["quiet_swing", "0", "saturated|time_gap"]
         );
     }

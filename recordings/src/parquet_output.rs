@@ -26,7 +26,7 @@ use crate::output::{FOOT, Feet, HEADER, seconds};
 use crate::parquet_encoder::{BATCH, Encoder};
 
 /// How many numbers a row has between `t` and `state`.
-const NUMBERS: usize = 19;
+const NUMBERS: usize = 20;
 
 type Texts = StringDictionaryBuilder<Int32Type>;
 
@@ -185,6 +185,7 @@ fn numbers(estimate: &ContactEstimate) -> [f32; NUMBERS] {
         bwx,
         bwy,
         bwz,
+        estimate.velocity_sigma.0,
     ]
 }
 
@@ -214,6 +215,7 @@ mod tests {
     use arrow_array::types::{Float32Type, Float64Type, UInt8Type};
     use estimator_core::{
         AngularRate, Flags, LinearAcceleration, PerAxis, Phase, Probabilities, Timestamp,
+        VelocitySigma,
     };
     use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
@@ -245,6 +247,7 @@ mod tests {
             },
             linear_acceleration: LinearAcceleration(Vec3::new(number(13), number(14), number(15))),
             gyro_bias: AngularRate(Vec3::new(number(16), number(17), number(18))),
+            velocity_sigma: VelocitySigma(number(19)),
             decision: [Decision::Stable, Decision::NotStable][k % 2],
             phase: [Phase::Stance, Phase::QuietSwing][k % 2],
             flags: if k.is_multiple_of(2) {

@@ -18,6 +18,12 @@ pub enum Error {
         /// Where it can be had.
         origin: &'static str,
     },
+    /// A table of true positions or speeds is not that of its recording.
+    #[error("{file} lacks a column, or has other rows than its recording")]
+    Truth {
+        /// The file.
+        file: String,
+    },
     /// The parameters are not valid.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),

@@ -18,6 +18,7 @@
 //! | a recording at another sample rate | [`resample`] |
 //! | the default preset at several sample rates | [`rates`] |
 //! | every method on every recording | [`evaluation`] |
+//! | positions of a shoe with each detector's zero-velocity measurements | [`odometry`] |
 
 pub mod authors;
 mod error;
@@ -28,6 +29,7 @@ pub mod labelled;
 pub mod left_out;
 pub mod method;
 pub mod metrics;
+pub mod odometry;
 pub mod peers;
 pub mod rates;
 pub mod reliability;
@@ -43,3 +45,4 @@ pub mod window;
 
 pub use error::Error;
 pub use evaluation::Evaluation;
+pub use odometry::Odometry;

@@ -305,13 +305,21 @@ impl File {
     /// Where the file can be had.
     #[must_use]
     pub const fn origin(&self) -> &'static str {
-        match self.layout {
-            Layout::Robot(LabelScheme::StableOrNot) => {
+        self.layout.origin()
+    }
+}
+
+impl Layout {
+    /// Where files of this layout can be had.
+    #[must_use]
+    pub const fn origin(self) -> &'static str {
+        match self {
+            Self::Robot(LabelScheme::StableOrNot) => {
                 "github.com/MichaelMarav/ProbabilisticContactEstimation, offline/data"
             }
-            Layout::Robot(LabelScheme::ContactClass) => "github.com/mrsp/lcd",
-            Layout::Walk => "github.com/mtahakoroglu/OpenShoe-PyShoe-DeepShoe-FuseShoe",
-            Layout::Foot { origin } => origin,
+            Self::Robot(LabelScheme::ContactClass) => "github.com/mrsp/lcd",
+            Self::Walk => "github.com/mtahakoroglu/OpenShoe-PyShoe-DeepShoe-FuseShoe",
+            Self::Foot { origin } => origin,
         }
     }
 }
@@ -342,7 +350,7 @@ pub fn needed() -> String {
 }
 
 /// The walks whose labels come from an optical truth, by when they were recorded.
-const SHOE_WALKS: [&str; 12] = [
+pub(crate) const SHOE_WALKS: [&str; 12] = [
     "pyshoe/2017-11-22-11-22-03.csv",
     "pyshoe/2017-11-22-11-22-46.csv",
     "pyshoe/2017-11-22-11-23-25.csv",

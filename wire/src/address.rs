@@ -59,6 +59,7 @@ pub mod index {
     pub const ACCELEROMETER: u16 = 0x2017;
     pub const LEARNT: u16 = 0x2018;
     pub const MOUNTING: u16 = 0x2019;
+    pub const VELOCITY: u16 = 0x201A;
 
     pub const CONTACT: u16 = 0x2100;
     pub const AXES: u16 = 0x2101;

@@ -591,13 +591,13 @@ mod tests {
     }
 
     #[test]
-    fn the_objects_of_the_estimate_are_those_from_the_window_to_the_mounting() {
+    fn objects_of_the_estimate_are_window_to_velocity() {
         for (address, entry) in dictionary::settings() {
             let concerns_the_estimate = !matches!(
                 entry.concern(),
                 Some(Concern::Node | Concern::Stream | Concern::Sensor)
             );
-            let is_there = (index::WINDOW..=index::MOUNTING).contains(&address.index);
+            let is_there = (index::WINDOW..=index::VELOCITY).contains(&address.index);
             assert_eq!(concerns_the_estimate, is_there, "{address:?}");
         }
     }
@@ -681,6 +681,7 @@ mod tests {
             index::ACCELEROMETER,
             index::LEARNT,
             index::MOUNTING,
+            index::VELOCITY,
         ] {
             let older = settings.iter().filter(|(address, _)| address.index < newer);
             assert_eq!(Settings::set_all(older), (settings.clone(), 0));

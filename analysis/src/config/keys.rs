@@ -259,6 +259,7 @@ impl Key {
                 Some("bandwidth" | "half_width") => HALF_WIDTHS_ONLY,
                 Some("decision") => "the decision: columns decision and state",
                 Some("load") => "the state, where there is a load signal",
+                Some("velocity") => "sigma_v",
                 Some("attitude") => "the attitude filter: orientation, gravity, gyroscope bias",
                 _ => "all of the estimator, where the recording does not tell",
             },
@@ -365,5 +366,13 @@ const fn meaning(number: Parameter) -> &'static str {
             "the largest gyroscope bias per axis that is believed at the first rest; 0: none is estimated"
         }
         P::BiasTimeConstant => "time constant of the bias estimate at rest",
+        P::VelocitySpeed => {
+            "standard deviation of the velocity of a foot that does not turn and is in stable contact \
+             with a probability of a half"
+        }
+        P::VelocityLever => {
+            "distance between the IMU and the point about which a standing foot turns"
+        }
+        P::VelocityFloor => "least standard deviation of the velocity, of a foot in certain contact",
     }
 }

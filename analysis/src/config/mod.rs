@@ -73,7 +73,7 @@
 //! is along its own axes, and taken out before `axes` turns the readings. Half-widths and bandwidths are
 //! along the axes of the foot.
 //!
-//! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]` and `[load]` are the names in the
+//! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]`, `[load]` and `[velocity]` are the names in the
 //! estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`, `_m_s2` or
 //! `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
 
@@ -158,6 +158,9 @@ pub struct Overrides {
     /// The load trigger.
     #[serde(default, deserialize_with = "numbers::load")]
     pub load: Numbers,
+    /// The zero-velocity measurement.
+    #[serde(default, deserialize_with = "numbers::velocity")]
+    pub velocity: Numbers,
 }
 
 /// Why a configuration file cannot be used.
@@ -226,7 +229,7 @@ impl Overrides {
         set(&mut params.window, self.window);
         self.bandwidth.apply(&mut params.bandwidth);
         self.half_width.apply(&mut params.half_width);
-        for numbers in [&self.attitude, &self.decision, &self.load] {
+        for numbers in [&self.attitude, &self.decision, &self.load, &self.velocity] {
             numbers.apply(params);
         }
     }

@@ -17,7 +17,7 @@ const ELSEWHERE: f64 = 0.8;
 const AS_GOOD: f64 = 0.1;
 
 /// The ends of keys that are units.
-const UNITS: [&str; 4] = ["_m_s2", "_rad_s", "_hz", "_s"];
+const UNITS: [&str; 6] = ["_m_s2", "_rad_s", "_m_s", "_hz", "_m", "_s"];
 
 /// The keys and tables that are most like a path or the last part of one, best first.
 #[must_use]

@@ -55,6 +55,10 @@ pub(super) fn load<'de, D: Deserializer<'de>>(from: D) -> Result<Numbers, D::Err
     Numbers::deserialize("load", from)
 }
 
+pub(super) fn velocity<'de, D: Deserializer<'de>>(from: D) -> Result<Numbers, D::Error> {
+    Numbers::deserialize("velocity", from)
+}
+
 /// How a number is written: in the unit of the table of limits, or in ms.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Written {
@@ -92,6 +96,8 @@ impl Written {
         match self {
             Self::As(Unit::Hertz) => "_hz",
             Self::As(Unit::Second) => "_s",
+            Self::As(Unit::Metre) => "_m",
+            Self::As(Unit::MetrePerSecond) => "_m_s",
             Self::As(Unit::MetrePerSecondSquared) => "_m_s2",
             Self::As(Unit::RadianPerSecond) => "_rad_s",
             _ => "",

@@ -4,7 +4,7 @@ use recordings::input::Format;
 
 use super::*;
 use estimator_core::{
-    AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams,
+    AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams, VelocityParams,
 };
 use firmware::imu::default_params;
 
@@ -40,7 +40,8 @@ fn every_key_reaches_its_parameter() {
          [attitude.rest]\nduration_s = 14\nacceleration_m_s2 = 15\nrate_rad_s = 16\n\
          bias_limit_rad_s = 17\nbias_time_constant_s = 18\n\
          [decision]\nthreshold = 0.6\non_delay_s = 0.1\noff_delay_s = 0.2\n\
-         [load]\non_threshold = 20\noff_threshold = 10\n",
+         [load]\non_threshold = 20\noff_threshold = 10\n\
+         [velocity]\nspeed_m_s = 0.3\nlever_m = 0.4\nfloor_m_s = 0.05\n",
     );
     let expected = Params {
         sample_rate: 500.0,
@@ -77,6 +78,11 @@ fn every_key_reaches_its_parameter() {
         load: LoadParams {
             on_threshold: 20.0,
             off_threshold: 10.0,
+        },
+        velocity: VelocityParams {
+            speed: 0.3,
+            lever: 0.4,
+            floor: 0.05,
         },
     };
     assert_eq!(params, expected);

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use scoring::Evaluation;
+use scoring::{Evaluation, Odometry};
 
 use crate::error::Error;
-use crate::evaluate::{DATASETS, full_tables, histogram, reliability, table::Style};
+use crate::evaluate::{
+    DATASETS, full_tables, histogram, odometry_tables, reliability, table::Style,
+};
 use crate::files::write_file;
 use crate::report::{print_json, print_text};
 use crate::targets::{self, Target};
@@ -14,7 +16,7 @@ use crate::targets::{self, Target};
 /// What `footfall evaluate` takes.
 #[derive(Debug, Args)]
 pub struct EvaluateArguments {
-    /// The folder with pce/, lcd/, pyshoe/ and robots/ in it
+    /// The folder with pce/, lcd/, pyshoe/ and robots/ in it, and pyshoe-positions/ for --odometry
     #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = DATASETS)]
     pub datasets: PathBuf,
     /// Print the tables in Markdown
@@ -23,6 +25,9 @@ pub struct EvaluateArguments {
     /// Print everything as one JSON object
     #[arg(long)]
     pub json: bool,
+    /// Track the shoe with zero-velocity measurements of each detector instead, and print the errors
+    #[arg(long, conflicts_with_all = ["json", "histogram", "reliability"])]
+    pub odometry: bool,
     /// Draw the distribution of |P - label|, of this estimator and of fuzzy c-means
     #[arg(long, value_name = "OUT.svg")]
     pub histogram: Option<PathBuf>,
@@ -40,6 +45,14 @@ impl EvaluateArguments {
             .map(|path| Target::Picture(path))
             .collect();
         targets::check(&[], &pictures)?;
+        let style = match self.markdown {
+            true => Style::Markdown,
+            false => Style::Text,
+        };
+        if self.odometry {
+            let odometry = Odometry::run(&self.datasets)?;
+            return print_text(&odometry_tables(&odometry, style)).map_err(Error::Print);
+        }
         let evaluation = Evaluation::run(&self.datasets)?;
         if let Some(path) = &self.histogram {
             write_file(path, |to| to.write_all(histogram(&evaluation)?.as_bytes()))?;
@@ -51,10 +64,8 @@ impl EvaluateArguments {
         }
         if self.json {
             print_json(&evaluation)
-        } else if self.markdown {
-            print_text(&full_tables(&evaluation, Style::Markdown))
         } else {
-            print_text(&full_tables(&evaluation, Style::Text))
+            print_text(&full_tables(&evaluation, style))
         }
         .map_err(Error::Print)
     }

@@ -1,9 +1,11 @@
-//! An evaluation as tables ([`table`]) and [`pictures`].
+//! An evaluation as tables ([`table`]) and [`pictures`], and [`odometry`] as tables.
 
+pub mod odometry;
 pub mod pictures;
 mod rates;
 pub mod table;
 
+pub use odometry::odometry_tables;
 pub use pictures::{histogram, reliability};
 pub use table::{brief_table, full_tables};
 

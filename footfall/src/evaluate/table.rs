@@ -29,7 +29,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    fn write(&self, style: Style, to: &mut String) -> fmt::Result {
+    pub fn write(&self, style: Style, to: &mut String) -> fmt::Result {
         match style {
             Style::Text => self.write_text(to),
             Style::Markdown => self.write_markdown(to),
@@ -326,14 +326,14 @@ fn described(about: &About) -> String {
     )
 }
 
-fn write_title(title: &str, style: Style, to: &mut String) -> fmt::Result {
+pub(super) fn write_title(title: &str, style: Style, to: &mut String) -> fmt::Result {
     match style {
         Style::Text => writeln!(to, "== {title}"),
         Style::Markdown => writeln!(to, "## {title}\n"),
     }
 }
 
-fn written(write: impl FnOnce(&mut String) -> fmt::Result) -> String {
+pub(super) fn written(write: impl FnOnce(&mut String) -> fmt::Result) -> String {
     let mut text = String::new();
     // A string takes all that is written to it.
     let _ = write(&mut text);

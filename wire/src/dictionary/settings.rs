@@ -314,4 +314,17 @@ pub(super) const OBJECTS: &[Object] = &[
         entries: &LEARNT,
     },
     mounting::OBJECT,
+    Object {
+        index: index::VELOCITY,
+        name: Text::new("Zero-velocity measurement"),
+        shape: Shape::Record,
+        doc: Text::new(
+            "σ² = speed² (1 − P)/P + (lever |ω|)² + floor²: standard deviation of a foot's velocity about zero",
+        ),
+        entries: &[
+            Entry::parameter(1, "Speed", Parameter::VelocitySpeed),
+            Entry::parameter(2, "Lever", Parameter::VelocityLever),
+            Entry::parameter(3, "Floor", Parameter::VelocityFloor),
+        ],
+    },
 ];

@@ -7,7 +7,7 @@ use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, DecisionParams, Gravity, ImuSample, Learning,
     Learnt, LinearAcceleration, LoadParams, Method, MountingParams, Params, PerAxis, Phase,
     Probabilities, Quaternion, RestParams, Saturation, SensorAxis, SpecificForce, StillnessParams,
-    Timestamp, Validity, Vec3, WindowLength,
+    Timestamp, Validity, Vec3, VelocityParams, VelocitySigma, WindowLength,
 };
 use wire::{CanFrame, Faults};
 
@@ -166,6 +166,11 @@ pub fn any_params() -> Params {
             on_threshold: any(),
             off_threshold: any(),
         },
+        velocity: VelocityParams {
+            speed: any(),
+            lever: any(),
+            floor: any(),
+        },
     }
 }
 
@@ -218,6 +223,7 @@ pub fn any_estimate() -> ContactEstimate {
         linear_acceleration: LinearAcceleration(any_vec3()),
         angular_rate: AngularRate(any_vec3()),
         gyro_bias: AngularRate(any_vec3()),
+        velocity_sigma: VelocitySigma(any()),
         ..ContactEstimate::default()
     }
 }

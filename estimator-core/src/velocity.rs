@@ -1,0 +1,169 @@
+//! Standard deviation of "the foot's velocity is zero", for a state estimator that takes the foot as a
+//! velocity measurement at each sample instead of switching it on and off.
+//!
+//! ```text
+//! σ² = s² (1 − P)/P + (r |ω|)² + σ₀²
+//! ```
+//!
+//! s is the speed at even odds (P = ½), r the distance between the IMU and the point about which a standing
+//! foot turns, and σ₀ the least σ. The measurement is zero velocity of the IMU, in any frame, with
+//! the covariance σ² I. `footfall evaluate --odometry` compares it with zero-velocity detectors.
+
+use crate::flag::Flags;
+use crate::root::sqrt;
+use crate::vector::Vec3;
+
+/// Parameters of the standard deviation of the zero-velocity measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityParams {
+    /// The standard deviation at P = ½ of a foot that does not turn, m/s.
+    pub speed: f32,
+    /// Distance between the IMU and the point about which a standing foot turns, m.
+    pub lever: f32,
+    /// The least standard deviation, m/s: that of a foot that stands for certain.
+    pub floor: f32,
+}
+
+impl Default for VelocityParams {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+impl VelocityParams {
+    /// For any foot of a person or of a legged robot of like size.
+    ///
+    /// | field | value | reason |
+    /// |---|---|---|
+    /// | `speed` | 0.05 m/s | chosen on walks of a shoe: see `docs/evaluation.md` |
+    /// | `lever` | 0.15 m | from the heel to the ball of a foot that rolls; a robot's point foot has its radius |
+    /// | `floor` | 0.003 m/s | creep of a sole, and the error of an IMU at rest |
+    pub const DEFAULT: Self = Self {
+        speed: 0.05,
+        lever: 0.15,
+        floor: 0.003,
+    };
+}
+
+/// Standard deviation of the velocity of a foot, each axis, m/s: above 0 and at most
+/// [`Self::MOST`].
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct VelocitySigma(pub f32);
+
+impl VelocitySigma {
+    /// The largest value: no information about the velocity.
+    pub const MOST: Self = Self(100.0);
+}
+
+impl Default for VelocitySigma {
+    fn default() -> Self {
+        Self::MOST
+    }
+}
+
+/// Squares of [`VelocityParams`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityCoefficients {
+    /// (m/s)².
+    speed: f32,
+    /// m².
+    lever: f32,
+    /// (m/s)².
+    floor: f32,
+}
+
+impl VelocityCoefficients {
+    /// Of parameters, whatever they are; those that [`Params::validate`](crate::Params::validate) rejects
+    /// give [`VelocitySigma::MOST`] or a number below it.
+    #[must_use]
+    pub const fn new(params: &VelocityParams) -> Self {
+        Self {
+            speed: params.speed * params.speed,
+            lever: params.lever * params.lever,
+            floor: params.floor * params.floor,
+        }
+    }
+
+    /// The standard deviation for a probability of stable contact in [0, 1] and an angular rate, rad/s.
+    ///
+    /// Total: never NaN. It is [`VelocitySigma::MOST`] where the probability is 0 or not a number, and where
+    /// `flags` are [doubt](Flags::are_doubt).
+    #[must_use]
+    pub fn sigma(&self, probability: f32, rate: Vec3, flags: Flags) -> VelocitySigma {
+        const MOST: f32 = VelocitySigma::MOST.0 * VelocitySigma::MOST.0;
+        // A NaN fails both comparisons.
+        if probability > 0.0 && !flags.are_doubt() {
+            let odds_against = (1.0 - probability.min(1.0)) / probability;
+            let variance = self.speed * odds_against + self.lever * rate.dot(rate) + self.floor;
+            if variance < MOST {
+                return VelocitySigma(sqrt(variance));
+            }
+        }
+        VelocitySigma::MOST
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flag::Flag;
+
+    const COEFFICIENTS: VelocityCoefficients = VelocityCoefficients::new(&VelocityParams {
+        speed: 0.2,
+        lever: 0.1,
+        floor: 0.003,
+    });
+
+    fn sigma(probability: f32, rate: f32) -> f32 {
+        let rate = Vec3::new(0.0, 0.6 * rate, 0.8 * rate);
+        COEFFICIENTS.sigma(probability, rate, Flags::NONE).0
+    }
+
+    #[test]
+    fn each_term_is_in_metres_per_second() {
+        for (probability, rate, expected) in [
+            (1.0, 0.0, 0.003),
+            (0.5, 0.0, 0.2_f32.hypot(0.003)),
+            (0.2, 0.0, 0.4_f32.hypot(0.003)),
+            (1.0, 2.0, 0.2_f32.hypot(0.003)),
+            (0.5, 2.0, 0.2_f32.hypot(0.2).hypot(0.003)),
+        ] {
+            let found = sigma(probability, rate);
+            assert!((found / expected - 1.0).abs() < 1.0e-5, "{found}");
+        }
+    }
+
+    #[test]
+    fn no_probability_gives_the_largest_value() {
+        for probability in [0.0, -1.0, f32::NAN, 1.0e-9, f32::MIN_POSITIVE] {
+            assert_eq!(sigma(probability, 0.0), 100.0, "{probability}");
+        }
+    }
+
+    #[test]
+    fn rate_that_is_no_number_gives_the_largest_value() {
+        for rate in [f32::NAN, f32::INFINITY, 1.0e4] {
+            assert_eq!(sigma(1.0, rate), 100.0, "{rate}");
+        }
+    }
+
+    #[test]
+    fn doubt_gives_the_largest_value() {
+        for flag in Flag::ALL {
+            let flags = Flags::NONE.with(flag);
+            let VelocitySigma(found) = COEFFICIENTS.sigma(1.0, Vec3::ZERO, flags);
+            let is_largest = found == 100.0;
+            assert_eq!(is_largest, flags.are_doubt(), "{flag:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn sigma_falls_with_p_and_rises_with_the_rate() {
+        let mut above = f32::INFINITY;
+        for hundredths in 0..=100_u8 {
+            let found = sigma(f32::from(hundredths) / 100.0, 0.5);
+            assert!(found < above && sigma(f32::from(hundredths) / 100.0, 0.6) >= found);
+            above = found;
+        }
+    }
+}

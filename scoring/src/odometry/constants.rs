@@ -1,0 +1,92 @@
+//! The constants of `sigma_v`, chosen on one half of the walks and scored on the other.
+
+use estimator_core::VelocityParams;
+
+use super::detector::sigmas;
+use super::walk::Walk;
+use super::{OnWalk, scored};
+
+/// Speeds from which one is chosen, m/s.
+const SPEEDS: [f32; 5] = [0.03, 0.05, 0.07, 0.1, 0.2];
+
+/// Levers from which one is chosen, m.
+const LEVERS: [f32; 4] = [0.05, 0.1, 0.15, 0.2];
+
+/// The mean NIS that chosen constants must have: 3 is right, and errors that last for a stance, as
+/// those of a rolling foot do, lower it.
+const NIS: std::ops::RangeInclusive<f64> = 1.5..=4.0;
+
+/// What one half of the walks chooses, and how it does on the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplitHalf {
+    /// The chosen [`VelocityParams::speed`], m/s.
+    pub speed_m_s: f32,
+    /// The chosen [`VelocityParams::lever`], m.
+    pub lever_m: f32,
+    /// Mean error of the other walks, m.
+    pub error_m: f64,
+    /// Mean NIS of the other walks.
+    pub nis: f64,
+    /// Mean error of the other walks with the default, m.
+    pub default_error_m: f64,
+}
+
+/// The figures of some constants, walk by walk.
+struct Candidate {
+    params: VelocityParams,
+    walks: Vec<OnWalk>,
+}
+
+/// Chooses on every second walk and scores on the others, both ways: the constants with the least mean
+/// error among those with a mean NIS of 1.5 to 4.
+#[must_use]
+pub fn split_halves(walks: &[Walk]) -> Vec<SplitHalf> {
+    let params = SPEEDS.into_iter().flat_map(|speed| {
+        LEVERS.map(|lever| VelocityParams {
+            speed,
+            lever,
+            ..VelocityParams::DEFAULT
+        })
+    });
+    let candidate = |params| Candidate {
+        params,
+        walks: walks
+            .iter()
+            .map(|walk| scored(walk, &sigmas(&walk.estimates, &params)))
+            .collect(),
+    };
+    let candidates: Vec<Candidate> = params.map(candidate).collect();
+    let default = candidate(VelocityParams::DEFAULT);
+    let halves = [0, 1].into_iter();
+    let halves = halves.filter_map(|half| {
+        let acceptable = candidates.iter().filter(|of| NIS.contains(&of.nis(half)));
+        let chosen = acceptable.min_by(|a, b| a.error(half).total_cmp(&b.error(half)))?;
+        Some(SplitHalf {
+            speed_m_s: chosen.params.speed,
+            lever_m: chosen.params.lever,
+            error_m: chosen.error(1 - half),
+            nis: chosen.nis(1 - half),
+            default_error_m: default.error(1 - half),
+        })
+    });
+    halves.collect()
+}
+
+impl Candidate {
+    fn error(&self, half: usize) -> f64 {
+        mean(self.half(half).map(|walk| walk.error_m))
+    }
+
+    fn nis(&self, half: usize) -> f64 {
+        mean(self.half(half).filter_map(|walk| walk.nis))
+    }
+
+    fn half(&self, half: usize) -> impl Iterator<Item = &OnWalk> {
+        self.walks.iter().skip(half).step_by(2)
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}

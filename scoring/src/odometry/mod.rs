@@ -1,0 +1,133 @@
+//! Positions of a shoe from its IMU, with the zero-velocity measurements of each detector, beside an
+//! optical truth: what a contact estimate is worth to a state estimator.
+//!
+//! | step | module |
+//! |---|---|
+//! | the twelve walks with their positions | [`walk`] |
+//! | when the foot is measured to stand, and how exactly | [`detector`] |
+//! | inertial navigation with these measurements: an error-state Kalman filter | [`filter`] |
+//! | the distance from the truth | [`error`] |
+//! | the constants of `sigma_v`, chosen on one half and scored on the other | [`constants`] |
+//! | the velocity of feet in units of `sigma_v` | [`calibration`] |
+//!
+//! The filter, its noise and the measure of error are those of B. Wagstaff, V. Peretroukhin and J. Kelly,
+//! *Robust Data-Driven Zero-Velocity Detection for Foot-Mounted Inertial Navigation* (`PyShoe`), IEEE Sensors
+//! Journal 20(2), 2020, whose recordings these are.
+
+pub mod calibration;
+pub mod constants;
+pub mod detector;
+pub mod error;
+pub mod filter;
+pub mod walk;
+
+use std::path::Path;
+
+
+pub use calibration::Calibration;
+pub use constants::SplitHalf;
+pub use detector::Detector;
+
+use crate::error::Error;
+use error::position_error;
+use filter::navigate;
+use walk::Walk;
+
+/// A detector on one walk.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OnWalk {
+    /// The name of the recording.
+    pub walk: String,
+    /// `PyShoe`'s error: see [`position_error`], m.
+    pub error_m: f64,
+    /// Mean normalised innovation squared of its measurements; 3 where σ is right. `None` where it gave none.
+    pub nis: Option<f64>,
+}
+
+/// A detector on all walks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OfDetector {
+    /// The detector.
+    pub detector: Detector,
+    /// Its name in tables.
+    pub name: String,
+    /// Mean error of the walks, m.
+    pub mean_error_m: f64,
+    /// The largest error of a walk, m.
+    pub largest_error_m: f64,
+    /// Mean NIS of the walks; `None` where a walk has no measurement.
+    pub mean_nis: Option<f64>,
+    /// Walk by walk.
+    pub walks: Vec<OnWalk>,
+}
+
+/// All detectors on all walks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Odometry {
+    /// In the order of [`Detector::ALL`].
+    pub detectors: Vec<OfDetector>,
+    /// The constants of `sigma_v` chosen on one half of the walks and scored on the other.
+    pub halves: Vec<SplitHalf>,
+    /// The velocity of feet in units of `sigma_v`, family by family.
+    pub calibration: Vec<Calibration>,
+}
+
+impl Odometry {
+    /// Evaluates every detector on the walks in the folder of datasets.
+    ///
+    /// # Errors
+    /// A file is absent, or what is wrong with it.
+    pub fn run(datasets: &Path) -> Result<Self, Error> {
+        let walks = Walk::all(datasets)?;
+        Ok(Self {
+            detectors: Detector::ALL
+                .into_iter()
+                .map(|detector| OfDetector::new(detector, &walks))
+                .collect(),
+            halves: constants::split_halves(&walks),
+            calibration: calibration::by_family(&walks, datasets)?,
+        })
+    }
+
+    /// The figures of a detector.
+    #[must_use]
+    pub fn of(&self, detector: Detector) -> Option<&OfDetector> {
+        self.detectors.iter().find(|of| of.detector == detector)
+    }
+}
+
+impl OfDetector {
+    fn new(detector: Detector, walks: &[Walk]) -> Self {
+        let on_walk = |walk: &Walk| {
+            let best = detector
+                .candidates(walk)
+                .into_iter()
+                .map(|sigmas| scored(walk, &sigmas))
+                .min_by(|a, b| a.error_m.total_cmp(&b.error_m));
+            best.unwrap_or_else(|| scored(walk, &[]))
+        };
+        let walks: Vec<OnWalk> = walks.iter().map(on_walk).collect();
+        let count = walks.len().max(1) as f64;
+        let sum = walks.iter().map(|walk| walk.error_m).sum::<f64>();
+        let nis: Option<Vec<f64>> = walks.iter().map(|walk| walk.nis).collect();
+        Self {
+            detector,
+            name: detector.name().to_owned(),
+            mean_error_m: sum / count,
+            largest_error_m: walks.iter().map(|walk| walk.error_m).fold(0.0, f64::max),
+            mean_nis: nis.map(|nis| nis.iter().sum::<f64>() / count),
+            walks,
+        }
+    }
+}
+
+/// One walk with one standard deviation per sample; a sample without has no measurement.
+#[must_use]
+pub fn scored(walk: &Walk, sigmas: &[Option<f64>]) -> OnWalk {
+    let track = navigate(&walk.readings, walk.period, sigmas);
+    OnWalk {
+        walk: walk.name.clone(),
+        error_m: position_error(&track.positions, &walk.positions),
+        nis: track.nis,
+    }
+}
