@@ -200,7 +200,9 @@ impl Pipeline<AnyRing> {
             linear_acceleration,
             angular_rate,
             gyro_bias: self.attitude.gyro_bias(),
-            velocity_sigma: self.velocity.sigma(probabilities.stable, angular_rate.0, flags),
+            velocity_sigma: self
+                .velocity
+                .sigma(probabilities.stable, angular_rate.0, flags),
         }
     }
 

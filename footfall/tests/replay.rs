@@ -21,7 +21,7 @@ fn a_replay_writes_one_row_per_sample_under_the_documented_header() {
         lines.next(),
         Some(
             "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,state,decision,flags"
+             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags"
         )
     );
     assert_eq!(lines.clone().count(), 1000);

@@ -7,7 +7,7 @@ use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, ContactEstimator, Decision, DecisionParams,
     DensityEstimator, Flag, Gravity, GyroTiming, ImuSample, Learning, Learnt, LinearAcceleration,
     Load, LoadParams, Method, Params, PerAxis, Phase, RestParams, Saturation, SpecificForce,
-    StillnessParams, Timestamp, Validity, Vec3, WindowLength,
+    StillnessParams, Timestamp, Validity, Vec3, VelocityParams, VelocitySigma, WindowLength,
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use proptest::prelude::*;
@@ -174,12 +174,14 @@ prop_compose! {
         attitude in any_attitude(),
         (threshold, on_delay, off_delay) in (0.01_f32..=0.99, 0.0_f32..=0.1, 0.0_f32..=0.1),
         (on_threshold, hysteresis) in (-1.0e3_f32..=1.0e3, 0.0_f32..=1.0e3),
+        (speed, lever, floor) in (scale(1.1e-3, 9.0), 0.0_f32..=10.0, scale(1.1e-4, 0.9)),
     ) -> Params {
         Params {
             sample_rate, gravity, method, learning, learnt, stillness, window, bandwidth, half_width,
             attitude,
             decision: DecisionParams { threshold, on_delay, off_delay },
             load: LoadParams { on_threshold, off_threshold: on_threshold - hysteresis },
+            velocity: VelocityParams { speed, lever, floor },
         }
     }
 }
@@ -219,6 +221,27 @@ fn assert_is_sound(estimate: &ContactEstimate) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// The standard deviation of the zero-velocity measurement against its formula in f64.
+fn assert_sigma(params: &VelocityParams, estimate: &ContactEstimate) -> Result<(), TestCaseError> {
+    let VelocitySigma(found) = estimate.velocity_sigma;
+    prop_assert!(found > 0.0 && found <= 100.0, "{estimate:?}");
+    let [speed, lever, floor] = [params.speed, params.lever, params.floor].map(f64::from);
+    let p = f64::from(estimate.probabilities.stable);
+    let Vec3 { x, y, z } = estimate.angular_rate.0;
+    let rate: f64 = [x, y, z].map(|w| f64::from(w).powi(2)).iter().sum();
+    let variance = speed.powi(2) * (1.0 - p) / p + lever.powi(2) * rate + floor.powi(2);
+    let expected = match estimate.flags.are_doubt() {
+        true => 100.0,
+        // Infinite for P = 0.
+        false => variance.sqrt().min(100.0),
+    };
+    prop_assert!(
+        (f64::from(found) / expected - 1.0).abs() < 1.0e-5,
+        "{expected}, {estimate:?}"
+    );
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
@@ -232,7 +255,9 @@ proptest! {
         for ((mut sample, elapsed), load) in samples {
             now = now.wrapping_add(elapsed);
             sample.timestamp = Timestamp::from_micros(now);
-            assert_is_sound(&estimator.update(&sample, load.map(Load)))?;
+            let estimate = estimator.update(&sample, load.map(Load));
+            assert_is_sound(&estimate)?;
+            assert_sigma(&params.velocity, &estimate)?;
         }
         let learnt = Params { learnt: Some(estimator.learnt()), ..params };
         prop_assert!(learnt.validate::<CAPACITY>().is_ok(), "{:?}", estimator.learnt());

@@ -19,6 +19,7 @@ pub(crate) struct Columns {
     linear_acceleration: Vec<f32>,
     angular_rate: Vec<f32>,
     gyro_bias: Vec<f32>,
+    sigma_v: Vec<f32>,
     state: Vec<u8>,
     decision: Vec<bool>,
     flags: Vec<u8>,
@@ -36,6 +37,7 @@ impl Columns {
             linear_acceleration: Vec::with_capacity(3 * samples),
             angular_rate: Vec::with_capacity(3 * samples),
             gyro_bias: Vec::with_capacity(3 * samples),
+            sigma_v: Vec::with_capacity(samples),
             state: Vec::with_capacity(samples),
             decision: Vec::with_capacity(samples),
             flags: Vec::with_capacity(samples),
@@ -63,6 +65,7 @@ impl Columns {
         for (column, Vec3 { x, y, z }) in vectors {
             column.extend([x, y, z]);
         }
+        self.sigma_v.push(estimate.velocity_sigma.0);
         self.state.push(state(estimate.phase));
         self.decision.push(estimate.decision == Decision::Stable);
         self.flags.push(estimate.flags.bits());
@@ -81,6 +84,7 @@ impl Columns {
         dict.set_item("linear_acceleration", linear_acceleration.into_pyarray(py))?;
         dict.set_item("angular_rate", table(self.angular_rate, 3).into_pyarray(py))?;
         dict.set_item("gyro_bias", table(self.gyro_bias, 3).into_pyarray(py))?;
+        dict.set_item("sigma_v", self.sigma_v.into_pyarray(py))?;
         dict.set_item("state", self.state.into_pyarray(py))?;
         dict.set_item("decision", PyArray1::from_vec(py, self.decision))?;
         dict.set_item("flags", self.flags.into_pyarray(py))?;

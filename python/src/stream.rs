@@ -31,6 +31,7 @@ type Row = (
     [f32; 6],
     [f32; 4],
     [f32; 3],
+    f32,
     (&'static str, bool, Vec<&'static str>),
 );
 
@@ -111,6 +112,7 @@ fn row(estimate: &ContactEstimate, now_us: i64) -> Row {
         p.axes.to_array(),
         [w, x, y, z],
         [lax, lay, laz],
+        estimate.velocity_sigma.0,
         (
             Phase::name(estimate.phase),
             estimate.decision == Decision::Stable,

@@ -18,6 +18,7 @@ COLUMNS = {
     **{f"q{name}": ("quaternion", k) for k, name in enumerate("wxyz")},
     **{f"la{name}": ("linear_acceleration", k) for k, name in enumerate("xyz")},
     **{f"bw{name}": ("gyro_bias", k) for k, name in enumerate("xyz")},
+    "sigma_v": ("sigma_v", None),
 }
 
 VALIDITIES = ("valid", "accelerometer_saturated", "gyroscope_saturated", "both_saturated")
@@ -94,6 +95,7 @@ def test_a_stream_has_the_bits_of_the_whole(walk: footfall.Recording) -> None:
         assert np.array_equal(np.array(estimate.quaternion, dtype=np.float32), whole.quaternion[k])
         assert estimate.state == footfall.STATES[whole.state[k]]
         assert estimate.decision == whole.decision[k]
+        assert np.float32(estimate.sigma_v) == whole.sigma_v[k]
         assert estimate.t == whole.t[k]
 
 

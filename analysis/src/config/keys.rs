@@ -373,6 +373,8 @@ const fn meaning(number: Parameter) -> &'static str {
         P::VelocityLever => {
             "distance between the IMU and the point about which a standing foot turns"
         }
-        P::VelocityFloor => "least standard deviation of the velocity, of a foot in certain contact",
+        P::VelocityFloor => {
+            "least standard deviation of the velocity, of a foot in certain contact"
+        }
     }
 }

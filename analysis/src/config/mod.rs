@@ -30,6 +30,11 @@
 //! on_threshold = 12.0
 //! off_threshold = 6.0
 //!
+//! [velocity]                      # sigma_v
+//! speed_m_s = 0.05
+//! lever_m = 0.15
+//! floor_m_s = 0.003
+//!
 //! [accelerometer]                 # applied to the recording's readings: (reading - bias) * scale
 //! bias_m_s2 = { ax = 0.11, ay = -0.05, az = 0.08 }
 //! scale = { ax = 1.002, ay = 0.998, az = 1.001 }
@@ -73,9 +78,9 @@
 //! is along its own axes, and taken out before `axes` turns the readings. Half-widths and bandwidths are
 //! along the axes of the foot.
 //!
-//! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]`, `[load]` and `[velocity]` are the names in the
-//! estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`, `_m_s2` or
-//! `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
+//! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]`, `[load]` and `[velocity]` are the
+//! names in the estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`,
+//! `_m`, `_m_s`, `_m_s2` or `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
 
 mod axes;
 mod correction;

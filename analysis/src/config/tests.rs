@@ -4,7 +4,8 @@ use recordings::input::Format;
 
 use super::*;
 use estimator_core::{
-    AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams, VelocityParams,
+    AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams,
+    VelocityParams,
 };
 use firmware::imu::default_params;
 

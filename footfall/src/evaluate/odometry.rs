@@ -66,7 +66,8 @@ fn calibration(sets: &[Calibration]) -> Table {
     let row = |of: &Calibration| {
         vec![
             of.set.name().to_owned(),
-            of.mean_square.map_or_else(none, |mean| format!("{mean:.1}")),
+            of.mean_square
+                .map_or_else(none, |mean| format!("{mean:.1}")),
             percent(of.small_share),
             percent(of.stable_where_small),
         ]

@@ -31,6 +31,7 @@ class Estimator:
         list[float],
         list[float],
         list[float],
+        float,
         tuple[str, bool, list[str]],
     ]: ...
 

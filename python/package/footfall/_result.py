@@ -63,6 +63,9 @@ class Result:
     """Angular rate without bias in the frame of the foot, rad/s, shape (N, 3)."""
     gyro_bias: npt.NDArray[np.float32]
     """Bias of the gyroscope in the frame of the foot, rad/s, shape (N, 3)."""
+    sigma_v: npt.NDArray[np.float32]
+    """Standard deviation of the foot's velocity about zero, each axis, m/s, above 0 and at most 100: a
+    zero-velocity measurement of each sample. Shape (N,)."""
     state: npt.NDArray[np.uint8]
     """Index into :data:`STATES`; ``unknown`` without a load. Shape (N,)."""
     decision: npt.NDArray[np.bool_]
@@ -124,6 +127,7 @@ class Result:
             ("bw", "xyz", self.gyro_bias),
         ):
             columns |= {prefix + name: table[:, k] for k, name in enumerate(names)}
+        columns["sigma_v"] = self.sigma_v
         return columns | {"state": self.state, "decision": self.decision, "flags": self.flags}
 
     def to_structured(self) -> npt.NDArray[np.void]:

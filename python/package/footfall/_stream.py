@@ -26,6 +26,8 @@ class Estimate(NamedTuple):
     """Orientation w, x, y, z, Hamilton, foot → world, z up."""
     linear_acceleration: tuple[float, ...]
     """Acceleration without gravity in the frame of the foot, m/s²."""
+    sigma_v: float
+    """Standard deviation of the foot's velocity about zero, each axis, m/s."""
     state: str
     """One of :data:`footfall.STATES`; ``unknown`` without a load."""
     decision: bool
@@ -97,7 +99,8 @@ class Estimator:
             t,
             load,
         )
-        t, (stable, tangential, vertical), axes, quaternion, linear, (state, decision, flags) = row
+        t, (stable, tangential, vertical), axes, quaternion, linear, sigma_v, status = row
+        state, decision, flags = status
         return Estimate(
             t,
             stable,
@@ -106,6 +109,7 @@ class Estimator:
             tuple(axes),
             tuple(quaternion),
             tuple(linear),
+            sigma_v,
             state,
             decision,
             tuple(flags),

@@ -108,8 +108,7 @@ impl Filter {
         let turn = Vector::new(*wx, *wy, *wz) * period;
         self.propagate(self.orientation.to_world(force), period);
         self.orientation = unit(self.orientation.after(by_vector(turn)));
-        let acceleration =
-            self.orientation.to_world(force) - Vector::new(0.0, 0.0, self.gravity);
+        let acceleration = self.orientation.to_world(force) - Vector::new(0.0, 0.0, self.gravity);
         self.velocity = self.velocity + acceleration * period;
         self.position = self.position + self.velocity * period;
     }
@@ -157,11 +156,15 @@ impl Filter {
         let mut change = [0.0; STATES];
         for i in 0..STATES {
             let gain: [f64; 3] = std::array::from_fn(|j| {
-                (0..3).map(|k| before[i][VELOCITY + k] * inverse[k][j]).sum()
+                (0..3)
+                    .map(|k| before[i][VELOCITY + k] * inverse[k][j])
+                    .sum()
             });
             change[i] = -(0..3).map(|k| gain[k] * velocity[k]).sum::<f64>();
             for (j, entry) in self.covariance[i].iter_mut().enumerate() {
-                *entry -= (0..3).map(|k| gain[k] * before[VELOCITY + k][j]).sum::<f64>();
+                *entry -= (0..3)
+                    .map(|k| gain[k] * before[VELOCITY + k][j])
+                    .sum::<f64>();
             }
         }
         self.symmetrise();
@@ -253,17 +256,34 @@ mod tests {
     fn acceleration_is_integrated_twice() {
         let track = navigate(&pushed(), 0.01, &[]);
         let end = track.positions[399];
-        assert!((end.x - 1.0).abs() < 1.0e-9 && end.y.abs() + end.z.abs() < 1.0e-9, "{end:?}");
+        assert!(
+            (end.x - 1.0).abs() < 1.0e-9 && end.y.abs() + end.z.abs() < 1.0e-9,
+            "{end:?}"
+        );
         assert_eq!(track.nis, None);
     }
 
     #[test]
     fn attitude_turns_the_force_whatever_way_is_up() {
-        for up in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.6, 0.0, 0.8], [0.0, -1.0, 0.0]] {
+        for up in [
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, -1.0],
+            [0.6, 0.0, 0.8],
+            [0.0, -1.0, 0.0],
+        ] {
             let [x, y, z] = up.map(|component| component * G);
             let turning = |k: usize| if k < 50 { 0.0 } else { 1.5 };
             let readings: Vec<Reading> = (0..200)
-                .map(|k| [x, y, z, up[0] * turning(k), up[1] * turning(k), up[2] * turning(k)])
+                .map(|k| {
+                    [
+                        x,
+                        y,
+                        z,
+                        up[0] * turning(k),
+                        up[1] * turning(k),
+                        up[2] * turning(k),
+                    ]
+                })
                 .collect();
             let end = navigate(&readings, 0.01, &[]).positions[199];
             assert!(end.length() < 1.0e-6, "{up:?}: {end:?}");
@@ -280,7 +300,11 @@ mod tests {
         assert!((free - 0.2).abs() < 0.01, "{free}");
         let at_end: Vec<_> = (0..220).map(|k| (k >= 215).then_some(0.01)).collect();
         let held = navigate(&drifting, 0.01, &at_end);
-        assert!(held.positions[219].x.abs() < 0.03, "{:?}", held.positions[219]);
+        assert!(
+            held.positions[219].x.abs() < 0.03,
+            "{:?}",
+            held.positions[219]
+        );
     }
 
     #[test]
@@ -290,7 +314,9 @@ mod tests {
         readings[30][0] = 10.0;
         let nis = |sigma: f64| {
             let sigmas: Vec<_> = (0..40).map(|k| (k == 30).then_some(sigma)).collect();
-            navigate(&readings, 0.01, &sigmas).nis.expect("a measurement")
+            navigate(&readings, 0.01, &sigmas)
+                .nis
+                .expect("a measurement")
         };
         assert!((nis(10.0) - 1.0e-4).abs() < 1.0e-6, "{}", nis(10.0));
         assert!(nis(0.01) > nis(0.1), "{}", nis(0.01));

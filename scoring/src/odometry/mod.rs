@@ -23,7 +23,6 @@ pub mod walk;
 
 use std::path::Path;
 
-
 pub use calibration::Calibration;
 pub use constants::SplitHalf;
 pub use detector::Detector;
