@@ -27,9 +27,11 @@ fn a_replay_writes_one_row_per_sample_under_the_documented_header() {
     assert_eq!(lines.clone().count(), 1000);
     let last: Vec<_> = lines.last().expect("rows").split(',').collect();
     assert_eq!(
-        (last[0], last[20], last[21], last[22]),
+        (last[0], last[21], last[22], last[23]),
         ("0.999000", "stance", "1", "settling")
     );
+    let sigma: f64 = last[20].parse().expect("a number");
+    assert!(sigma > 0.0 && sigma < 0.01, "{sigma}");
     let stable: f64 = last[1].parse().expect("a number");
     assert!(stable > 0.99 && stable <= 1.0, "{stable}");
 }

@@ -71,6 +71,7 @@ pub mod index {
     pub const HEALTH: u16 = 0x2107;
     pub const LOAD: u16 = 0x2108;
     pub const TIME: u16 = 0x2109;
+    pub const VELOCITY_SIGMA: u16 = 0x210A;
     pub const STAGE: u16 = 0x2110;
     pub const FAULTS: u16 = 0x2111;
     pub const COUNTERS: u16 = 0x2112;

@@ -168,6 +168,13 @@ pub(super) const OBJECTS: &[Object] = &[
         ],
     },
     Object {
+        index: index::VELOCITY_SIGMA,
+        name: Text::new("Zero-velocity sigma"),
+        shape: Shape::Var,
+        doc: Text::new("standard deviation of the foot's velocity about zero, each axis, by 0x201A; 100 with doubt or a fault"),
+        entries: &[Entry::live(0, "Zero-velocity sigma", Value::F32(0.0)).unit("m/s")],
+    },
+    Object {
         index: index::STAGE,
         name: Text::new("Stage"),
         shape: Shape::Var,

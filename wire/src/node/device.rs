@@ -2,7 +2,7 @@
 
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
-use estimator_core::{Learning, Learnt, Method, Timestamp};
+use estimator_core::{Learning, Learnt, Method, Timestamp, VelocitySigma};
 
 use super::event::{Calibration, CalibrationState, Crash, Event};
 use super::snapshot::Snapshot;
@@ -70,6 +70,7 @@ impl Device {
                 (Some(crash), _) => crash.program_counter,
                 (None, _) => 0,
             },
+            index::VELOCITY_SIGMA => self.velocity_sigma().0.to_bits(),
             index::SUPPLY => u32::from(self.brown_out_level),
             index::TIME => match (self.time, address.subindex) {
                 (Some((time, _)), 1) => u32::from(time.days),
@@ -86,6 +87,14 @@ impl Device {
             },
             _ => return None,
         })
+    }
+
+    /// That of the newest estimate; the largest while a fault voids it.
+    fn velocity_sigma(&self) -> VelocitySigma {
+        match self.faults.void_estimate() {
+            true => VelocitySigma::MOST,
+            false => self.snapshot.estimate.velocity_sigma,
+        }
     }
 
     pub(super) const fn take_load(&mut self, load: Load) {

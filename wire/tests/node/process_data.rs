@@ -4,7 +4,7 @@ use canopen_rs::pdo::{MappingEntry, PdoMapping};
 use canopen_rs::{Entry as PeerEntry, ObjectDictionary, pdo as peer_pdo};
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, LinearAcceleration, PerAxis, Probabilities, Quaternion,
-    Timestamp, Vec3,
+    Timestamp, Vec3, VelocitySigma,
 };
 use wire::dictionary::{self, index};
 use wire::node::Command;
@@ -266,4 +266,19 @@ fn with_a_fault_of_the_sensor_no_frame_says_stable() {
     let contact = Contact::decode(frames[0].data8().expect("full"));
     assert_eq!(contact.stable.0, u16::MAX);
     assert_eq!(contact.status.decision(), Decision::Stable);
+}
+
+#[test]
+fn zero_velocity_sigma_is_that_of_the_newest_estimate() {
+    let object = Address::new(index::VELOCITY_SIGMA, 0);
+    let mut node = node();
+    assert_eq!(node.read(object), Ok(Value::F32(100.0)));
+    let estimate = ContactEstimate {
+        velocity_sigma: VelocitySigma(0.04),
+        ..ContactEstimate::default()
+    };
+    tick(&mut node, &estimate);
+    assert_eq!(node.read(object), Ok(Value::F32(0.04)));
+    node.raise(Fault::SensorFrozen, 0);
+    assert_eq!(node.read(object), Ok(Value::F32(100.0)));
 }
