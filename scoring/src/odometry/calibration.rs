@@ -27,7 +27,7 @@ pub struct Calibration {
     pub stable_where_small: f64,
 }
 
-/// What is known of one sample.
+/// An estimate with the truth about its sample.
 struct Sample {
     estimate: ContactEstimate,
     label: Option<Label>,

@@ -16,7 +16,7 @@ const LEVERS: [f32; 4] = [0.05, 0.1, 0.15, 0.2];
 /// those of a rolling foot do, lower it.
 const NIS: std::ops::RangeInclusive<f64> = 1.5..=4.0;
 
-/// What one half of the walks chooses, and how it does on the other.
+/// Constants chosen on one half of the walks, with their figures on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplitHalf {
     /// The chosen [`VelocityParams::speed`], m/s.
