@@ -22,8 +22,7 @@ use crate::validity::name_of;
 /// | `qw` … `qz` | orientation, Hamilton, foot → world | unit quaternion |
 /// | `lax`, `lay`, `laz` | linear acceleration, frame of the foot | m/s² |
 /// | `bwx`, `bwy`, `bwz` | gyroscope bias, frame of the foot | rad/s |
-/// | `sigma_v` | standard deviation of the foot's velocity about zero: a [zero-velocity
-///   measurement](estimator_core::velocity) | m/s |
+/// | `sigma_v` | [standard deviation](estimator_core::velocity) of the foot's velocity about zero | m/s |
 /// | `state` | name of the [`Phase`](estimator_core::Phase); `unknown` without a load | |
 /// | `decision` | the debounced [`Decision`]: 1 stable, 0 not, from the IMU alone | 0 or 1 |
 /// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |

@@ -206,6 +206,7 @@ prop_compose! {
                 linear_acceleration: LinearAcceleration(acceleration),
                 angular_rate: AngularRate(rate),
                 gyro_bias: AngularRate(bias),
+                ..ContactEstimate::default()
             },
             faults: Faults::from_bits(faults),
             sequence,

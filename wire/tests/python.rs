@@ -159,6 +159,7 @@ fn cantools_decodes_frames_as_the_codec_does() {
             linear_acceleration: LinearAcceleration(vector(300.0)),
             angular_rate: AngularRate(vector(40.0)),
             gyro_bias: AngularRate(vector(0.3)),
+            ..ContactEstimate::default()
         };
         for foot in Foot::ALL {
             for pdo in Pdo::ALL {

@@ -7,8 +7,8 @@
 //! measured: v = 0, standard deviation σ per axis
 //! ```
 //!
-//! The settings are those of `PyShoe`'s `INS.py`, which are those of `OpenShoe`: σ_a = 0.5 m/s²,
-//! σ_ω = 0.5 °/s; σ = 0.01 m/s for detectors that say yes or no; at the start 10 µm, 10 µm/s and 0.1°,
+//! The settings are those of `PyShoe`'s `INS.py`, which are those of `OpenShoe`: `σ_a` = 0.5 m/s²,
+//! `σ_ω` = 0.5 °/s; σ = 0.01 m/s for detectors that say yes or no; at the start 10 µm, 10 µm/s and 0.1°,
 //! and up is the mean of the first 20 specific forces, whose length is g. No bias is estimated.
 
 use recordings::space::{Rotation, Vector};
@@ -129,11 +129,7 @@ impl Filter {
         for _ in 0..2 {
             let mut rows = self.covariance;
             rows.iter_mut().for_each(advance);
-            for i in 0..STATES {
-                for j in 0..STATES {
-                    self.covariance[i][j] = rows[j][i];
-                }
-            }
+            self.covariance = std::array::from_fn(|i| std::array::from_fn(|j| rows[j][i]));
         }
         for i in 0..3 {
             self.covariance[VELOCITY + i][VELOCITY + i] += (ACCELERATION_NOISE * period).powi(2);
@@ -322,13 +318,17 @@ mod tests {
         assert!(nis(0.01) > nis(0.1), "{}", nis(0.01));
     }
 
+    fn row_times(row: &[f64; 3], matrix: &[[f64; 3]; 3]) -> [f64; 3] {
+        std::array::from_fn(|j| (0..3).map(|k| row[k] * matrix[k][j]).sum())
+    }
+
     #[test]
     fn inverse_of_a_symmetric_matrix_is_its_inverse() {
         let m = [[4.0, 1.0, 0.5], [1.0, 3.0, -0.2], [0.5, -0.2, 2.0]];
         let inverse = inverse(&m);
         for (i, row) in m.iter().enumerate() {
-            for j in 0..3 {
-                let product: f64 = (0..3).map(|k| row[k] * inverse[k][j]).sum();
+            let products = row_times(row, &inverse);
+            for (j, product) in products.into_iter().enumerate() {
                 let expected = if i == j { 1.0 } else { 0.0 };
                 assert!((product - expected).abs() < 1.0e-12);
             }
