@@ -46,7 +46,8 @@ fn build_self_check() -> PathBuf {
     let status = Command::new(env!("CARGO"))
         .args([
             "build",
-            "--release",
+            "--profile",
+            "firmware",
             "-p",
             "firmware",
             "--bin",
@@ -61,5 +62,5 @@ fn build_self_check() -> PathBuf {
         status.success(),
         "the firmware does not build; `rustup target add thumbv7em-none-eabihf` adds the target"
     );
-    target_dir.join("thumbv7em-none-eabihf/release/self-check")
+    target_dir.join("thumbv7em-none-eabihf/firmware/self-check")
 }

@@ -18,7 +18,8 @@ fn build() -> Result<PathBuf, String> {
         .current_dir(&workspace)
         .args([
             "build",
-            "--release",
+            "--profile",
+            "firmware",
             "--locked",
             "-p",
             "firmware",
@@ -32,5 +33,5 @@ fn build() -> Result<PathBuf, String> {
     if !status.success() {
         return Err("the firmware does not build".into());
     }
-    Ok(directory.join(TARGET).join("release/foot"))
+    Ok(directory.join(TARGET).join("firmware/foot"))
 }

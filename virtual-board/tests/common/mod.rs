@@ -45,7 +45,8 @@ pub fn build(package: &str, program: &str) -> PathBuf {
         .current_dir(workspace())
         .args([
             "build",
-            "--release",
+            "--profile",
+            "firmware",
             "--locked",
             "-p",
             package,
@@ -58,7 +59,7 @@ pub fn build(package: &str, program: &str) -> PathBuf {
         .status()
         .expect("cargo starts");
     assert!(status.success(), "{program} does not build");
-    directory.join(TARGET).join("release").join(program)
+    directory.join(TARGET).join("firmware").join(program)
 }
 
 /// The ELF and its parts.
