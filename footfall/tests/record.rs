@@ -32,7 +32,7 @@ fn four_feet_with_their_samples_are_recorded_without_a_loss_and_replayed() {
         ("", Some(0))
     );
     for foot in ["FL", "FR", "RL", "RR"] {
-        for topic in ["contact", "contact/probability", "imu"] {
+        for topic in ["contact", "contact/probability", "velocity", "imu"] {
             let topic = format!("/footfall/{foot}/{topic}");
             assert_eq!(count(&report, &topic), 10_000, "{topic}\n{report}");
         }

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` | each contact |
 //! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`, as `SERoW` takes it | each contact; 0 where it is not valid, which a number alone cannot say |
+//! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped` | each contact: zero, with the variance that the [zero-velocity measurement](estimator_core::velocity) has by default; 10⁴ (m/s)² where it says nothing |
 //! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot told the foot over CAN |
 //! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: to look at, not to integrate |
 //! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once where they change, otherwise once a second |
@@ -104,7 +105,9 @@ impl Bridge {
                 } else {
                     0.0
                 };
+                let velocity = Message::Velocity(Box::new(foot.velocity(&contact, row.timestamp)));
                 published.push(publish(&foot.topics.contact, Message::Contact(contact)));
+                published.push(publish(&foot.topics.velocity, velocity));
                 let probability = Message::Number(Float64 { data });
                 published.push(publish(&foot.topics.probability, probability));
                 published
@@ -277,7 +280,7 @@ mod tests {
 
     use super::*;
     use crate::foot::SILENT;
-    use crate::message::{Contact, Level};
+    use crate::message::{Contact, Level, Twist};
 
     /// The messages of a robot with two feet, of which the right one has the id that `right` says.
     fn messages(right: NodeId) -> Vec<Published> {
@@ -370,6 +373,29 @@ mod tests {
             }
         }
         assert!(doubtful > 100, "{doubtful}");
+    }
+
+    #[test]
+    fn velocity_says_nothing_where_its_contact_is_not_valid() {
+        let published = messages(wire::Foot::Right.default_node_id());
+        let velocities = published
+            .iter()
+            .filter_map(|published| match &published.message {
+                Message::Velocity(velocity) => Some(&velocity.twist),
+                _ => None,
+            });
+        let mut precise = 0;
+        for (contact, velocity) in contacts(&published).zip(velocities) {
+            let variance = velocity.covariance[0][0];
+            assert_eq!(velocity.twist, Twist::default());
+            assert!(variance > 0.0 && variance <= 1.0e4, "{variance}");
+            if contact.valid {
+                precise += usize::from(variance < 0.1 * 0.1);
+            } else {
+                assert_eq!(variance, 1.0e4, "{contact:?}");
+            }
+        }
+        assert!(precise > 1000, "{precise}");
     }
 
     #[test]

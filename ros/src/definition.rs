@@ -22,6 +22,10 @@ float64[9] angular_velocity_covariance
 geometry_msgs/Vector3 linear_acceleration
 float64[9] linear_acceleration_covariance
 ";
+const TWIST: &str = "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n";
+const TWIST_WITH_COVARIANCE: &str = "geometry_msgs/Twist twist\nfloat64[36] covariance\n";
+const TWIST_WITH_COVARIANCE_STAMPED: &str =
+    "std_msgs/Header header\ngeometry_msgs/TwistWithCovariance twist\n";
 const FLOAT64: &str = "float64 data\n";
 const STRING: &str = "string data\n";
 const BOOL: &str = "bool data\n";
@@ -79,6 +83,18 @@ impl Definition {
             ("geometry_msgs/Vector3", VECTOR3),
         ],
     };
+    /// Of a velocity.
+    pub const VELOCITY: Self = Self {
+        name: "geometry_msgs/msg/TwistWithCovarianceStamped",
+        own: TWIST_WITH_COVARIANCE_STAMPED,
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("geometry_msgs/TwistWithCovariance", TWIST_WITH_COVARIANCE),
+            ("geometry_msgs/Twist", TWIST),
+            ("geometry_msgs/Vector3", VECTOR3),
+        ],
+    };
     /// Of a number.
     pub const FLOAT64: Self = Self {
         name: "std_msgs/msg/Float64",
@@ -128,6 +144,7 @@ impl Definition {
         match message {
             Message::Contact(_) => Self::CONTACT,
             Message::Imu(_) => Self::IMU,
+            Message::Velocity(_) => Self::VELOCITY,
             Message::Number(_) => Self::FLOAT64,
             Message::Text(_) => Self::STRING,
             Message::Bool(_) => Self::BOOL,

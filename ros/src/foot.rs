@@ -3,7 +3,8 @@
 use decode::Row;
 use decode::row::Clock;
 use estimator_core::{
-    Decision, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity, Vec3,
+    Decision, Flags, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity, Vec3,
+    VelocityCoefficients, VelocityParams, VelocitySigma,
 };
 use live::NewestSecond;
 use live::clock::FootClock;
@@ -12,7 +13,7 @@ use wire::{Fault, Faults};
 
 use crate::message::{
     Contact, DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, Quaternion, Time,
-    Vector3,
+    TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
 };
 use crate::topics::Topics;
 
@@ -137,6 +138,37 @@ impl Foot {
             _ => None,
         };
         (contact, imu)
+    }
+
+    /// Zero velocity at a contact that was made at a time on the foot's clock, as a measurement: as uncertain
+    /// as the probability and the rate make it with the [default settings](VelocityParams::DEFAULT), and without
+    /// information where the contact is not valid or the rate is not known. The rates are no measurement.
+    pub(crate) fn velocity(
+        &self,
+        contact: &Contact,
+        made: Timestamp,
+    ) -> TwistWithCovarianceStamped {
+        const COEFFICIENTS: VelocityCoefficients =
+            VelocityCoefficients::new(&VelocityParams::DEFAULT);
+        let VelocitySigma(sigma) = match self.rate {
+            Some((rate, at)) if contact.valid && is_near(at, made) => {
+                COEFFICIENTS.sigma(contact.p_stable, rate, Flags::NONE)
+            }
+            _ => VelocitySigma::MOST,
+        };
+        let mut twist = TwistWithCovariance::default();
+        for (axis, row) in twist.covariance.iter_mut().enumerate() {
+            let of_axis = if axis < 3 {
+                sigma
+            } else {
+                VelocitySigma::MOST.0
+            };
+            row[axis] = f64::from(of_axis).powi(2);
+        }
+        TwistWithCovarianceStamped {
+            header: contact.header.clone(),
+            twist,
+        }
     }
 
     pub(crate) fn raw(&mut self, raw: &RawSample, at: Timestamp) -> Option<Imu> {

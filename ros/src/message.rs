@@ -74,6 +74,33 @@ pub struct Imu {
     pub linear_acceleration_covariance: [f64; 9],
 }
 
+/// `geometry_msgs/msg/Twist`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Twist {
+    /// m/s.
+    pub linear: Vector3,
+    /// rad/s.
+    pub angular: Vector3,
+}
+
+/// `geometry_msgs/msg/TwistWithCovariance`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TwistWithCovariance {
+    /// The velocity.
+    pub twist: Twist,
+    /// Of x, y, z and the rates about them, row by row, (m/s)² and (rad/s)².
+    pub covariance: [[f64; 6]; 6],
+}
+
+/// `geometry_msgs/msg/TwistWithCovarianceStamped`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TwistWithCovarianceStamped {
+    /// When the sample was acquired.
+    pub header: Header,
+    /// The velocity and its covariance.
+    pub twist: TwistWithCovariance,
+}
+
 /// `footfall_msgs/msg/Contact`; `ros2/footfall_msgs/msg/Contact.msg` says what its fields mean.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the definition has them")]
@@ -197,6 +224,8 @@ pub enum Message {
     Contact(Contact),
     /// The IMU.
     Imu(Box<Imu>),
+    /// A velocity.
+    Velocity(Box<TwistWithCovarianceStamped>),
     /// A number: a probability or a load.
     Number(Float64),
     /// How far a sample is to be trusted.
@@ -266,6 +295,7 @@ mod tests {
         for message in [
             Message::Contact(Contact::default()),
             Message::Imu(Box::default()),
+            Message::Velocity(Box::default()),
             Message::Number(Float64::default()),
             Message::Text(Text::default()),
             Message::Diagnostics(diagnostics),

@@ -17,6 +17,8 @@ pub struct Topics {
     pub contact: Arc<str>,
     /// `std_msgs/msg/Float64`.
     pub probability: Arc<str>,
+    /// `geometry_msgs/msg/TwistWithCovarianceStamped`.
+    pub velocity: Arc<str>,
     /// `std_msgs/msg/Float64`, N.
     pub load: Arc<str>,
     /// `sensor_msgs/msg/Imu`.
@@ -41,6 +43,7 @@ impl Topics {
         Self {
             contact: format!("/footfall/{part}/contact").into(),
             probability: format!("/footfall/{part}/contact/probability").into(),
+            velocity: format!("/footfall/{part}/velocity").into(),
             load: format!("/footfall/{part}/load").into(),
             imu: format!("/footfall/{part}/imu").into(),
             frame: frame.replace("{foot}", &part).into(),
@@ -50,10 +53,11 @@ impl Topics {
 
     /// Each topic with what is published on it, that of the diagnostics, too.
     #[must_use]
-    pub fn all(&self) -> [(&str, Definition); 5] {
+    pub fn all(&self) -> [(&str, Definition); 6] {
         [
             (&self.contact, Definition::CONTACT),
             (&self.probability, Definition::FLOAT64),
+            (&self.velocity, Definition::VELOCITY),
             (&self.load, Definition::FLOAT64),
             (&self.imu, Definition::IMU),
             (DIAGNOSTICS, Definition::DIAGNOSTICS),

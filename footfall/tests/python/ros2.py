@@ -26,7 +26,13 @@ PACKAGE = Path(__file__).parents[3] / "ros2/footfall_msgs"
 FEET = ["FL", "FR", "RL", "RR"]
 # The feet walk two seconds longer than what is asked of each topic: subscribers find it meanwhile.
 CONTACTS = 10_000
-LEAST = {"contact": CONTACTS, "contact/probability": CONTACTS, "imu": 450, "load": 450}
+LEAST = {
+    "contact": CONTACTS,
+    "contact/probability": CONTACTS,
+    "velocity": CONTACTS,
+    "imu": 450,
+    "load": 450,
+}
 
 
 # The types as their definitions say; nothing of footfall's own encoding is used.
@@ -76,6 +82,26 @@ class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
     x: float64
     y: float64
     z: float64
+
+
+@dataclass
+class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+    linear: Vector3
+    angular: Vector3
+
+
+@dataclass
+class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
+    twist: Twist
+    covariance: array[float64, 36]
+
+
+@dataclass
+class TwistWithCovarianceStamped(
+    IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovarianceStamped_"
+):
+    header: Header
+    twist: TwistWithCovariance
 
 
 @dataclass
@@ -227,6 +253,7 @@ def main(whose, reliability, footfall, recording, *arguments):
     for foot in FEET:
         types[f"/footfall/{foot}/contact"] = Contact
         types[f"/footfall/{foot}/contact/probability"] = Float64
+        types[f"/footfall/{foot}/velocity"] = TwistWithCovarianceStamped
         types[f"/footfall/{foot}/load"] = Float64
         types[f"/footfall/{foot}/imu"] = Imu
     readers = {}
