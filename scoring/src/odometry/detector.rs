@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | σ of a yes | 0.01 m/s | `INS.py` at github.com/utiasSTARS/pyshoe, and `OpenShoe`, `settings.m` |
 //! | `PyShoe`'s noise for SHOE | 0.00098 m/s², 8.7266463e-5 rad/s | `process_error_vicon.py` there |
-//! | `PyShoe`'s γ | 5e7 | within the grid of 10⁵ to 10⁹ of `run_threshold_optimization.py`; that of `ins_demos.py` for a walk |
+//! | `PyShoe`'s γ | 5e7 | within the grid of 10⁵ to 10⁹ of `run_threshold_optimization.py`; that of `ins_demos.py` for its recording under `run` |
 //!
 //! Windows trail and have five samples: see [`published`].
 
