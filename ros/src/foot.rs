@@ -142,7 +142,7 @@ impl Foot {
 
     /// Zero velocity at a contact that was made at a time on the foot's clock, as a measurement: as uncertain
     /// as the probability and the rate make it with the [default settings](VelocityParams::DEFAULT), and without
-    /// information where the contact is not valid or the rate is not known. The rates are no measurement.
+    /// information where the contact is invalid or the rate unknown. The angular part is never information.
     pub(crate) fn velocity(
         &self,
         contact: &Contact,
