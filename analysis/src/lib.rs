@@ -7,10 +7,11 @@
 //! | those in force, as JSON | [`parameters`] |
 //! | the estimator runs over a recording, sample by sample, into tables | [`replay`] |
 //! | what that comes to | [`summary`] |
-//! | all recordings of a tree, into tables of Parquet | [`batch`] |
+//! | all recordings of a tree, into tables of Parquet | `batch`, with the feature `parquet` |
 //! | files that are there whole or not at all | [`whole_file`] |
 //! | what belongs to one robot: learnt values, mounting, errors of the sensor | [`calibrate`] |
 
+#[cfg(feature = "parquet")]
 pub mod batch;
 pub mod calibrate;
 pub mod config;

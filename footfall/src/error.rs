@@ -2,25 +2,29 @@
 
 use std::io;
 
-use analysis::batch::BatchError;
-use analysis::batch::sources::NoSource;
+#[cfg(feature = "parquet")]
+use analysis::batch::{BatchError, sources::NoSource};
 use analysis::calibrate::CalibrationError;
 use analysis::config::{ConfigError, Refusal};
 use analysis::replay::foot::ReplayError;
 use decode::DecodeError;
 use decode::feet::NamedTwice;
 use estimator_core::ParamsError;
-use recordings::input::InputError;
+use recordings::input::{ContainerError, InputError};
 use thiserror::Error;
 
+use crate::feature::{Feature, NotBuilt};
 use crate::files::OutputError;
 
 /// Why a command could not do what it was asked.
 #[derive(Debug, Error)]
 pub enum Error {
+    /// This program does not have what it takes.
+    #[error(transparent)]
+    NotBuilt(#[from] NotBuilt),
     /// The recording cannot be used.
     #[error(transparent)]
-    Input(#[from] InputError),
+    Input(InputError),
     /// What was to be decoded cannot be.
     #[error(transparent)]
     Decode(#[from] DecodeError),
@@ -92,9 +96,11 @@ pub enum Error {
     #[error(transparent)]
     Replay(#[from] ReplayError),
     /// The results of a batch cannot be written, or its temporary files.
+    #[cfg(feature = "parquet")]
     #[error(transparent)]
     Batch(#[from] BatchError),
     /// A source of a batch is not there.
+    #[cfg(feature = "parquet")]
     #[error(transparent)]
     NoSource(#[from] NoSource),
     /// Recordings of a batch have failed, as was said.
@@ -112,6 +118,7 @@ pub enum Error {
     #[error(transparent)]
     Foot(#[from] crate::commands::foot::FootError),
     /// Nothing can be published in ROS 2.
+    #[cfg(feature = "ros2")]
     #[error("ROS 2: {0}")]
     Ros2(#[from] ros_node::NodeError),
     /// The source has nothing to give.
@@ -129,9 +136,25 @@ pub enum Error {
         feet: Vec<String>,
     },
     /// Nothing can be served to viewers.
+    #[cfg(feature = "foxglove")]
     #[error(transparent)]
     View(#[from] crate::view::ViewError),
     /// The summary could not be printed.
     #[error("the summary cannot be printed: {0}")]
     Print(#[source] io::Error),
+}
+
+/// A file of a format that this program does not read is one that it was built without.
+impl From<InputError> for Error {
+    fn from(error: InputError) -> Self {
+        match error {
+            InputError::Container(ContainerError::NotBuilt { file, format }) => {
+                match Feature::of(format) {
+                    Some(feature) => Self::NotBuilt(feature.missing_for(file)),
+                    None => Self::Input(ContainerError::NotBuilt { file, format }.into()),
+                }
+            }
+            error => Self::Input(error),
+        }
+    }
 }

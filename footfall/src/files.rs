@@ -6,8 +6,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use analysis::whole_file::{WholeFile, remove_unfinished_and_exit};
-use mcap::McapError;
 use thiserror::Error;
+
+use crate::feature::NotBuilt;
 
 /// Why a result could not be written.
 #[derive(Debug, Error)]
@@ -77,6 +78,9 @@ pub enum OutputError {
         /// The bag, as it was named.
         file: String,
     },
+    /// This program cannot write it.
+    #[error(transparent)]
+    NotBuilt(#[from] NotBuilt),
     /// Two results would go to standard output.
     #[error("standard output takes one result: a table or picture (-), or --json")]
     StdoutTwice,
@@ -132,15 +136,6 @@ fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Resu
     let mut buffer = BufWriter::new(io::stdout().lock());
     content(&mut buffer)?;
     buffer.flush()
-}
-
-/// What the operating system says, where it is that which an MCAP could not be written for.
-#[must_use]
-pub fn io_error(error: McapError) -> io::Error {
-    match error {
-        McapError::Io(error) => error,
-        error => io::Error::other(error),
-    }
 }
 
 /// The directory that a path names, where it names one.

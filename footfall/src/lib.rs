@@ -19,12 +19,14 @@
 //! | a result becomes a file | [`files`]; nothing is left of one that is interrupted: [`interruption`] |
 //! | results as JSON: the parameters in force, the schemas | [`analysis::parameters`], [`schema`] |
 //! | what is said on standard error | [`messages`] |
+//! | what is built only where it is asked for | [`feature`] |
 
 pub mod attitude;
 pub mod commands;
 pub mod convert;
 pub mod error;
 pub mod evaluate;
+pub mod feature;
 pub mod files;
 pub mod interruption;
 pub mod mcap_recording;

@@ -16,8 +16,12 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::attitude::AttitudeReport;
+#[cfg(feature = "parquet")]
 use crate::commands::batch::BatchReport;
 use crate::commands::foot::{FootChanges, FootInfo, FootScan, FootValues};
+#[cfg(not(feature = "parquet"))]
+use crate::feature::Feature;
+use crate::feature::NotBuilt;
 use crate::monitor::lines::{EventLine, FootLine};
 use scoring::Evaluation;
 
@@ -111,10 +115,17 @@ impl Kind {
     }
 
     /// Its schema as text that ends its last line.
-    #[must_use]
-    pub fn text(self) -> String {
+    ///
+    /// # Errors
+    /// This program does not have the command.
+    pub fn text(self) -> Result<String, NotBuilt> {
         let schema = match self {
             Self::Replay => self.schema::<Document<'_, Summaries>>(),
+            #[cfg(not(feature = "parquet"))]
+            Self::Batch => {
+                return Err(Feature::Parquet.missing_for("the schema of footfall batch"));
+            }
+            #[cfg(feature = "parquet")]
             Self::Batch => self.schema::<Document<'_, BatchReport>>(),
             Self::Calibrate => self.schema::<Document<'_, WithInputs<LearntFoot>>>(),
             Self::CalibrateRests => self.schema::<Document<'_, WithInputs<SensorCalibration>>>(),
@@ -128,7 +139,7 @@ impl Kind {
             Self::FootGet => self.schema::<FootValues>(),
             Self::FootChanges => self.schema::<FootChanges>(),
         };
-        format!("{:#}\n", schema.as_value())
+        Ok(format!("{:#}\n", schema.as_value()))
     }
 
     /// The schema of what is printed as a `T`.
@@ -158,6 +169,7 @@ impl Described for Summaries {
     const KIND: Kind = Kind::Replay;
 }
 
+#[cfg(feature = "parquet")]
 impl Described for BatchReport {
     const KIND: Kind = Kind::Batch;
 }

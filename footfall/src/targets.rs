@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use analysis::replay::estimates::Layout;
 use recordings::input::{InputError, recording_name};
 
+use crate::feature::Feature;
 use crate::files::{OutputError, STANDARD, directory_of};
 
 /// A result, as its file is named.
@@ -43,6 +44,16 @@ impl<'a> Target<'a> {
             | Self::Bag(path)
             | Self::Settings(path)
             | Self::Samples(path) => path,
+        }
+    }
+
+    /// The feature that writes it; `None` where it takes none.
+    fn feature(self) -> Option<Feature> {
+        match self {
+            Self::Estimates(path) if Layout::of(path) == Layout::Parquet => Some(Feature::Parquet),
+            Self::Drawing(path) if Drawing::of(path) == Drawing::Png => Some(Feature::Png),
+            Self::Bag(_) => Some(Feature::Bags),
+            _ => None,
         }
     }
 
@@ -115,6 +126,9 @@ pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputErr
         let path = target.path();
         if inputs.iter().any(|input| same_file(input, path)) {
             return Err(OutputError::OverInput { file: named(path) });
+        }
+        if let Some(feature) = target.feature() {
+            feature.needed_for(path.display())?;
         }
         if path != Path::new(STANDARD) || matches!(target, Target::Bag(_)) {
             check_directory(path)?;

@@ -145,7 +145,7 @@ fn an_interrupted_command_leaves_nothing_unfinished() {
     assert!(interrupted);
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "bags"))]
 #[test]
 fn a_signal_that_is_ignored_at_the_start_stays_so_and_the_others_work() {
     for (ignored, sent) in [("INT", "TERM"), ("HUP", "INT"), ("HUP", "TERM")] {

@@ -135,6 +135,7 @@ fn a_page_is_one_file_of_all_feet() {
     assert_eq!(page.matches("\"name\":\"force (N)\"").count(), 2);
 }
 
+#[cfg(feature = "png")]
 #[test]
 fn a_png_is_a_picture_of_each_foot() {
     let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0\n", f64::from(k) * 1e-3);

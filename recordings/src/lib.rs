@@ -21,13 +21,13 @@ pub mod input;
 pub mod mounting;
 pub mod number;
 pub mod output;
-#[cfg(feature = "containers")]
+#[cfg(feature = "parquet")]
 mod parquet_encoder;
-#[cfg(feature = "containers")]
+#[cfg(feature = "parquet")]
 pub mod parquet_output;
-#[cfg(feature = "containers")]
+#[cfg(feature = "parquet")]
 pub mod parquet_rows;
-#[cfg(feature = "containers")]
+#[cfg(feature = "parquet")]
 pub mod parquet_samples;
 pub mod plausible;
 pub mod recording;

@@ -1,11 +1,13 @@
 //! The table of estimates of one foot, in CSV or Parquet, and those of all feet in one file.
 
+#[cfg(feature = "parquet")]
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
 use estimator_core::ContactEstimate;
 use recordings::output::{Feet, write_header};
+#[cfg(feature = "parquet")]
 use recordings::parquet_output::{ParquetEstimates, join};
 
 use super::part::Part;
@@ -41,6 +43,7 @@ pub enum Estimates {
     /// As text.
     Csv(Part),
     /// As Parquet.
+    #[cfg(feature = "parquet")]
     Parquet {
         /// The foot, where the table names it.
         foot: Option<String>,
@@ -55,10 +58,16 @@ impl Estimates {
     /// Without a row; `foot` is named in each row where it is given.
     ///
     /// # Errors
-    /// The temporary file cannot be written.
+    /// The temporary file cannot be written; Parquet is not built.
     pub fn new(layout: Layout, foot: Option<String>, start_us: i64) -> io::Result<Self> {
         Ok(match layout {
             Layout::Csv => Self::Csv(Part::new(foot, start_us)),
+            #[cfg(not(feature = "parquet"))]
+            Layout::Parquet => {
+                let what = "this program was built without the feature parquet";
+                return Err(io::Error::new(io::ErrorKind::Unsupported, what));
+            }
+            #[cfg(feature = "parquet")]
             Layout::Parquet => {
                 let feet = foot.as_ref().map_or(Feet::One, |_| Feet::Several);
                 Self::Parquet {
@@ -77,6 +86,7 @@ impl Estimates {
     pub fn add(&mut self, estimate: &ContactEstimate) -> io::Result<()> {
         match self {
             Self::Csv(part) => part.add(estimate),
+            #[cfg(feature = "parquet")]
             Self::Parquet {
                 foot,
                 start_us,
@@ -91,6 +101,7 @@ impl Estimates {
 /// # Errors
 /// What the writer and the temporary files report.
 pub fn write(tables: Vec<Estimates>, feet: Feet, to: &mut dyn Write) -> io::Result<()> {
+    #[cfg(feature = "parquet")]
     let mut files = Vec::new();
     let mut has_header = false;
     for table in tables {
@@ -101,11 +112,13 @@ pub fn write(tables: Vec<Estimates>, feet: Feet, to: &mut dyn Write) -> io::Resu
                 }
                 part.write(to)?;
             }
+            #[cfg(feature = "parquet")]
             Estimates::Parquet { rows, .. } => files.push(rows.finish()?),
         }
     }
-    if files.is_empty() {
-        return Ok(());
+    #[cfg(feature = "parquet")]
+    if !files.is_empty() {
+        join(files, to)?;
     }
-    join(files, to)
+    Ok(())
 }

@@ -115,6 +115,9 @@ impl ConvertArguments {
             kind: "recordings are CSV, Parquet or bags",
             expected: Form::ENDINGS.to_owned(),
         })?;
+        if let Some(feature) = form.feature() {
+            feature.needed_for(named())?;
+        }
         let target = Target::Samples(output);
         targets::check(std::slice::from_ref(&self.input), &[target])?;
         let is_there = if form == Form::Rosbag2 {
@@ -154,6 +157,7 @@ impl ConvertArguments {
         let Some(bag) = Bag::new(feet, has_loads) else {
             return Err(OutputError::TooLate { file }.into());
         };
+        #[cfg(feature = "bags")]
         if form == Form::Mcap {
             write_file(path, |to| bag.write_mcap(feet, span, to))?;
         } else {

@@ -3,14 +3,14 @@
 //! | command | file |
 //! |---|---|
 //! | `replay` | [`replay`] |
-//! | `batch` | [`batch`] |
+//! | `batch` | `batch` |
 //! | `convert` | [`convert`] |
 //! | `demo` | [`demo`] |
 //! | `decode` | [`decode`] |
 //! | `monitor` | [`monitor`] |
 //! | `record` | [`record`] |
 //! | `view` | [`view`] |
-//! | `ros2` | [`ros2`] |
+//! | `ros2` | `ros2` |
 //! | `evaluate` | [`evaluate`] |
 //! | `attitude` | [`attitude`] |
 //! | `calibrate` | [`calibrate`] |
@@ -22,9 +22,13 @@
 //! | what options are grouped under, examples | [`headings`] |
 //! | which nodes are feet, for what reads what they send | [`feet`] |
 //! | what the commands that read recordings share | [`recording`] |
+//! | `batch` and `ros2`, where they are not built | `absent` |
 //! | what `record`, `view` and `ros2` share | [`stream`](crate::stream) |
 
+#[cfg(not(all(feature = "parquet", feature = "ros2")))]
+pub mod absent;
 pub mod attitude;
+#[cfg(feature = "parquet")]
 pub mod batch;
 pub mod calibrate;
 pub mod config;
@@ -40,6 +44,7 @@ pub mod monitor;
 pub mod record;
 pub mod recording;
 pub mod replay;
+#[cfg(feature = "ros2")]
 pub mod ros2;
 pub mod schema;
 pub mod shell;
@@ -50,7 +55,12 @@ use decode::DecodeArguments;
 
 use crate::error::Error;
 use crate::messages::{Verbosity, set_verbosity};
+#[cfg(not(feature = "parquet"))]
+use absent::BatchArguments;
+#[cfg(not(feature = "ros2"))]
+use absent::Ros2Arguments;
 use attitude::AttitudeArguments;
+#[cfg(feature = "parquet")]
 use batch::BatchArguments;
 use calibrate::CalibrateArguments;
 use config::ConfigArguments;
@@ -66,6 +76,7 @@ use headings::{
 use monitor::MonitorArguments;
 use record::RecordArguments;
 use replay::ReplayArguments;
+#[cfg(feature = "ros2")]
 use ros2::Ros2Arguments;
 use schema::SchemaArguments;
 use shell::{CompletionsArguments, ManArguments};
@@ -74,7 +85,7 @@ use view::ViewArguments;
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
 #[derive(Debug, Parser)]
 #[command(
-    version,
+    version = crate::feature::version(),
     arg_required_else_help = false,
     max_term_width = 100,
     after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}")

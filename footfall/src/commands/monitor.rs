@@ -6,18 +6,19 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use live::link::pace::Speed;
 use live::{Feed, Source};
-use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use super::feet::FeetArguments;
 use crate::error::Error;
-use crate::files::{finish_when_interrupted, unless_closed};
+#[cfg(not(feature = "screen"))]
+use crate::feature::Feature;
+use crate::files::unless_closed;
+#[cfg(not(feature = "screen"))]
 use crate::messages::aside;
-use crate::monitor::screen::{Running, draw};
+use crate::monitor::listen::{PICTURE, listen, next};
+#[cfg(feature = "screen")]
+use crate::monitor::terminal::watch_screen;
 use crate::monitor::{Robot, lines};
 use crate::stream::{deadline, is_over, warn_of_lost};
-
-/// Time from one picture to the next.
-const PICTURE: Duration = Duration::from_millis(50);
 
 /// Time from one line of a foot to its next.
 const LINE: Duration = Duration::from_secs(1);
@@ -64,7 +65,13 @@ impl MonitorArguments {
         let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
             (true, _) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Json)),
             (false, true) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Text)),
+            #[cfg(feature = "screen")]
             (false, false) => watch_screen(&feed, &mut robot, end, &name),
+            #[cfg(not(feature = "screen"))]
+            (false, false) => {
+                aside(Feature::Screen.missing_for(format_args!("a picture of {name}")));
+                unless_closed(watch_lines(&feed, &mut robot, end, Form::Text))
+            }
         };
         warn_of_lost(&feed);
         watched.map_err(Error::Print)?;
@@ -72,26 +79,6 @@ impl MonitorArguments {
             .into_failure()
             .map_or(Ok(()), |error| Err(error.into()))
     }
-}
-
-/// Takes in what comes until `due`.
-fn listen(feed: &Feed, robot: &mut Robot, due: Instant) {
-    loop {
-        let left = due.saturating_duration_since(Instant::now());
-        if left.is_zero() || robot.has_ended() {
-            return;
-        }
-        match feed.next(left) {
-            Some(fed) => robot.take(fed),
-            None => robot.idle(robot.quiet_for()),
-        }
-    }
-}
-
-/// The next moment to show something, and the end where that comes first.
-fn next(period: Duration, end: Option<Instant>) -> Instant {
-    let due = Instant::now() + period;
-    end.map_or(due, |end| due.min(end))
 }
 
 fn watch_lines(feed: &Feed, robot: &mut Robot, end: Option<Instant>, form: Form) -> io::Result<()> {
@@ -120,68 +107,4 @@ fn watch_lines(feed: &Feed, robot: &mut Robot, end: Option<Instant>, form: Form)
             return Ok(());
         }
     }
-}
-
-/// Gives the terminal back however the picture ends.
-struct Restored;
-
-impl Drop for Restored {
-    fn drop(&mut self) {
-        ratatui::restore();
-    }
-}
-
-fn watch_screen(
-    feed: &Feed,
-    robot: &mut Robot,
-    end: Option<Instant>,
-    source: &str,
-) -> io::Result<()> {
-    // A signal that ended the program at once would leave the terminal without echo and cursor.
-    finish_when_interrupted();
-    let mut terminal = ratatui::try_init()?;
-    let restored = Restored;
-    let mut running = Running::Live;
-    'watch: while !is_over(end) {
-        listen(feed, robot, next(PICTURE, end));
-        if robot.has_ended() {
-            // What is left on the screen is the end: keys are waited for.
-            event::poll(PICTURE)?;
-        }
-        let mut is_changed = running == Running::Live;
-        while event::poll(Duration::ZERO)? {
-            let key = match event::read()? {
-                Event::Key(key) if key.kind == KeyEventKind::Press => key,
-                Event::Resize(..) => {
-                    is_changed = true;
-                    continue;
-                }
-                _ => continue,
-            };
-            is_changed = true;
-            match key.code {
-                KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
-                    break 'watch;
-                }
-                KeyCode::Char('q') | KeyCode::Esc => break 'watch,
-                KeyCode::Char(' ' | 'p') => {
-                    running = match running {
-                        Running::Live => Running::Paused,
-                        Running::Paused => Running::Live,
-                    };
-                }
-                KeyCode::Char('m') => robot.mark(),
-                KeyCode::Char('r') => robot.toggle_recording(),
-                _ => {}
-            }
-        }
-        if is_changed {
-            terminal.draw(|frame| draw(frame, robot, source, running))?;
-        }
-    }
-    drop(restored);
-    if let Some(event) = robot.finish_recording() {
-        aside(format!("{event}\n"));
-    }
-    Ok(())
 }

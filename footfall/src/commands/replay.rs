@@ -24,6 +24,7 @@ use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::detail;
 use crate::plot::page;
+#[cfg(feature = "png")]
 use crate::plot::png::png;
 use crate::progress::{self, Bars};
 use crate::replay::{Picture, Watched};
@@ -321,8 +322,9 @@ fn write_pictures(path: &Path, feet: &mut [Foot]) -> Result<Vec<PathBuf>, Error>
                 write_file(&path, |to| {
                     let svg = figure.svg()?;
                     match Drawing::of(&path) {
+                        #[cfg(feature = "png")]
                         Drawing::Png => to.write_all(&png(&svg)?),
-                        Drawing::Svg | Drawing::Page => to.write_all(svg.as_bytes()),
+                        _ => to.write_all(svg.as_bytes()),
                     }
                 })?;
                 written.push(path);

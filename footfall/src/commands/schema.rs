@@ -16,6 +16,6 @@ pub struct SchemaArguments {
 
 impl SchemaArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        print_text(&self.kind.text()).map_err(Error::Print)
+        print_text(&self.kind.text()?).map_err(Error::Print)
     }
 }

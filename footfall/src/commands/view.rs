@@ -1,25 +1,20 @@
 //! `footfall view`: feet that stream, in Foxglove and `PlotJuggler`.
 
-use std::thread;
-use std::time::Duration;
-
 use clap::{Args, ValueEnum};
-use live::link::pace::Speed;
-use live::{LinkError, Source};
+use live::Source;
 
 use super::feet::FeetArguments;
 use super::monitor::SOURCES;
 use crate::error::Error;
-use crate::files::finish_when_interrupted;
-use crate::messages::{aside, warn};
+#[cfg(not(feature = "foxglove"))]
+use crate::feature::Feature;
 use crate::report::print_text;
-use crate::stream::{Stream, deadline, is_over};
+#[cfg(feature = "foxglove")]
+use crate::stream::deadline;
 use crate::view::pages::pages;
-use crate::view::server::{Reach, Server};
+#[cfg(feature = "foxglove")]
+use crate::view::serving::serve;
 use crate::view::{foxglove_layout, plotjuggler_layout};
-
-/// How often it is looked whether the end has come, once the source has ended.
-const LOOK: Duration = Duration::from_millis(50);
 
 /// What `footfall view` takes.
 #[derive(Debug, Args)]
@@ -85,39 +80,16 @@ impl ViewArguments {
         let Some(source) = self.source else {
             return Ok(());
         };
-        let name = format!("footfall {source}");
-        finish_when_interrupted();
-        let mut stream = Stream::open(source.clone().at_speed(Speed::REAL), self.nodes.feet()?);
-        stream.wait_until_open()?;
-        let mut server = Server::start(&self.host, self.port, &name)?;
-        let url = server.url();
-        let app_url = server.app_url();
-        let also = match server.reach() {
-            Reach::OneAddress => "",
-            Reach::AllAddresses => ", and at all other addresses of this machine",
-        };
-        aside(format!(
-            "serving {source} at {url}{also}\n\
-             Foxglove: {app_url}\n\
-             PlotJuggler: Streaming, Foxglove Bridge, {url}"
-        ));
-        let deadline = deadline(self.seconds);
-        let ended = stream.run(deadline, &mut server);
-        stream.report();
-        let ended = match ended {
-            Ok(Some(error @ LinkError::Ended(_))) => {
-                warn(format!("{error}; viewers stay connected until Ctrl-C"));
-                Ok(())
-            }
-            Ok(Some(error)) => Err(error.into()),
-            Ok(None) => Ok(()),
-            Err(error) => Err(error),
-        };
-        // What is played is still on its way to viewers, which show it as long as they are connected.
-        while ended.is_ok() && !is_over(deadline) {
-            thread::sleep(LOOK);
-        }
-        server.stop();
-        ended
+        #[cfg(feature = "foxglove")]
+        return serve(
+            &source,
+            (&self.host, self.port),
+            self.nodes.feet()?,
+            deadline(self.seconds),
+        );
+        #[cfg(not(feature = "foxglove"))]
+        Err(Feature::Foxglove
+            .missing_for(format_args!("footfall view {source}"))
+            .into())
     }
 }

@@ -13,13 +13,14 @@
 //! file's size depends on the picture's width and not on the recording's length: every pixel column
 //! keeps its first, lowest, highest and last value, so no peak is lost.
 //!
-//! [`png`](mod@png) makes pixels of the SVG; [`page`] shows the same of several feet, to zoom into.
+//! `png` makes pixels of the SVG; [`page`] shows the same of several feet, to zoom into.
 
 mod axes;
 mod decimate;
 pub mod distribution;
 pub mod histogram;
 pub mod page;
+#[cfg(feature = "png")]
 pub mod png;
 pub mod reliability;
 mod series;

@@ -13,7 +13,7 @@ pub(super) trait ExtraColumns {
     fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError>;
 
     /// The columns that it reads, by their index.
-    #[cfg(feature = "containers")]
+    #[cfg(feature = "parquet")]
     fn used(&self) -> Vec<usize>;
 
     /// Takes in a row.
@@ -33,7 +33,7 @@ impl ExtraColumns for () {
         Ok(())
     }
 
-    #[cfg(feature = "containers")]
+    #[cfg(feature = "parquet")]
     fn used(&self) -> Vec<usize> {
         Vec::new()
     }

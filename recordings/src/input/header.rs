@@ -91,7 +91,7 @@ impl Columns {
     }
 
     /// The indices of all columns that are read.
-    #[cfg(feature = "containers")]
+    #[cfg(feature = "parquet")]
     pub(super) fn used(&self) -> Vec<usize> {
         let others = [
             self.t,

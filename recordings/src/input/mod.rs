@@ -15,14 +15,14 @@
 //! | the sensor's static calibration, and its mounting | `correction` |
 //! | what comes out, and what can be wrong | `loaded`, [`error`], `place`, [`refusal`] |
 //!
-//! Parquet and bags are read with the feature `containers` only, and from a disk: what comes through a
+//! Parquet and bags are read with the features `parquet` and `bags` only, and from a disk: what comes through a
 //! pipe or is compressed is copied first. All others are tables of numbers separated by commas, semicolons or tabs, plain or compressed
 //! with gzip or zstd. Windows line ends, blank lines, lines that begin with `#`, spaces around cells
 //! and a UTF-8 byte order mark are fine. `nan`, `inf` and
 //! numbers beyond f32 in an axis are accepted: the estimator flags such a sample as invalid and
 //! gives it mass 0.
 
-#[cfg(feature = "containers")]
+#[cfg(feature = "bags")]
 mod bag;
 mod candidate;
 mod cells;
@@ -46,7 +46,7 @@ pub mod mapping;
 mod names;
 mod open;
 pub mod options;
-#[cfg(feature = "containers")]
+#[cfg(feature = "parquet")]
 pub(crate) mod parquet;
 pub mod pce;
 mod place;
@@ -228,7 +228,7 @@ impl Opened {
         let mut orientations = Orientations::default();
         let stored = match self.source {
             Source::Table(table) => csv::read(*table, hints, &mut orientations)?,
-            #[cfg(feature = "containers")]
+            #[cfg(feature = "parquet")]
             Source::Container(container) if self.format == Format::Parquet => {
                 parquet::read(&container, hints, &mut orientations)?
             }
@@ -264,18 +264,25 @@ fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, Inp
     Stored::from_loaded(loaded).map_err(|source| InputError::Spool { file, source })
 }
 
-#[cfg(feature = "containers")]
+#[cfg_attr(
+    not(feature = "bags"),
+    allow(clippy::needless_pass_by_value, reason = "a bag is read to its end")
+)]
+#[cfg_attr(
+    not(any(feature = "bags", feature = "parquet")),
+    allow(unused_variables, reason = "without readers nothing is asked")
+)]
 fn read_container(container: Container, hints: &Hints) -> Result<Vec<Stored>, InputError> {
-    match container.format.content() {
-        Content::Messages => bag::read(container, hints),
-        Content::Columns | Content::Fixed => Ok(vec![parquet::read(&container, hints, &mut ())?]),
+    match container.format {
+        #[cfg(feature = "bags")]
+        Format::Mcap | Format::Rosbag2 => bag::read(container, hints),
+        #[cfg(feature = "parquet")]
+        Format::Parquet => Ok(vec![parquet::read(&container, hints, &mut ())?]),
+        format => {
+            let file = container.file;
+            Err(ContainerError::NotBuilt { file, format }.into())
+        }
     }
-}
-
-#[cfg(not(feature = "containers"))]
-fn read_container(container: Container, _: &Hints) -> Result<Vec<Stored>, InputError> {
-    let Container { file, format, .. } = container;
-    Err(ContainerError::NotBuilt { file, format }.into())
 }
 
 /// Reads a file.

@@ -22,7 +22,7 @@ pub(super) enum Source {
 
 /// A file that is read from the disk, or several that are one.
 #[cfg_attr(
-    not(feature = "containers"),
+    not(any(feature = "bags", feature = "parquet")),
     allow(
         dead_code,
         reason = "without readers nothing asks where a container is"
@@ -40,7 +40,7 @@ pub(super) struct Container {
 
 /// A file of a container.
 #[cfg_attr(
-    not(feature = "containers"),
+    not(feature = "bags"),
     allow(
         dead_code,
         reason = "without readers nothing asks where a container is"
@@ -55,7 +55,7 @@ pub(super) struct Part {
     _copy: Option<TempPath>,
 }
 
-#[cfg(feature = "containers")]
+#[cfg(feature = "bags")]
 impl Part {
     /// Its bytes from the beginning.
     pub(super) fn bytes(&mut self) -> io::Result<Box<dyn Read>> {
@@ -90,7 +90,7 @@ impl Source {
                 let found = Some(format);
                 Err(ContainerError::OtherFormat { file, given, found }.into())
             }
-            (Opened::Parts(format, _), _) if cfg!(not(feature = "containers")) => {
+            (Opened::Parts(format, _), _) if !format.is_built() => {
                 Err(ContainerError::NotBuilt { file, format }.into())
             }
             (Opened::Parts(format, parts), _) => Ok(Self::Container(Container {
@@ -165,7 +165,7 @@ impl Opened {
             }
             Some(Known::Foreign(kind)) => Ok(Self::Foreign(kind)),
             // What cannot be read is not copied, either.
-            Some(Known::Container(format)) if cfg!(not(feature = "containers")) => {
+            Some(Known::Container(format)) if !format.is_built() => {
                 Ok(Self::Parts(format, Vec::new()))
             }
             Some(Known::Container(format)) => {

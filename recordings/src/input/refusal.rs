@@ -58,7 +58,10 @@ pub enum ContainerError {
         kind: Foreign,
     },
     /// It could be read, but not by this program.
-    #[error("{file} is {format}, and this program was built without the feature containers")]
+    #[error(
+        "{file} is {format}, and this program was built without the feature {}",
+        format.feature().unwrap_or_default()
+    )]
     NotBuilt {
         /// The file, as it was named.
         file: String,

@@ -248,7 +248,7 @@ pub(super) struct Row {
 
 impl Row {
     /// The names of columns of a file that has no lines.
-    #[cfg(feature = "containers")]
+    #[cfg(feature = "parquet")]
     pub(super) fn of_names(file: &str, names: &[String]) -> Self {
         Self {
             file: file.to_owned(),

@@ -75,7 +75,7 @@ impl ExtraColumns for Orientations {
         }
     }
 
-    #[cfg(feature = "containers")]
+    #[cfg(feature = "parquet")]
     fn used(&self) -> Vec<usize> {
         self.quaternion.into_iter().chain(self.movement).collect()
     }

@@ -4,25 +4,26 @@
 //! recording's clock, with load, validity and label. So an estimate from it has the bits of one from the
 //! recording that was read.
 
+#[cfg(feature = "bags")]
+mod bag;
+
 use std::io::{self, Write};
-use std::iter::Peekable;
 use std::path::Path;
 
 use analysis::replay::span::Span;
-use analysis::whole_file::WholeFolder;
 use clap::ValueEnum;
-use estimator_core::Timestamp;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use mcap::write::NoSeek;
 use recordings::input::Stored;
 use recordings::output::{write_recording_header, write_recording_row};
+#[cfg(feature = "parquet")]
 use recordings::parquet_samples::ParquetSamples;
 use recordings::recording::RecordedSample;
+use ros::Topics;
 use ros::samples::{LAST_US, clock_shift_us};
-use ros::{McapFile, Rosbag2File, Samples, Topics};
 
-use crate::files::{STANDARD, io_error};
+use crate::feature::Feature;
+use crate::files::STANDARD;
 
 /// What a recording can become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -59,6 +60,16 @@ impl Form {
         ];
         let found = forms.into_iter().find(|(ending, _)| name.ends_with(ending));
         found.map(|(_, form)| form)
+    }
+
+    /// The feature that writes it; `None` where it takes none.
+    #[must_use]
+    pub const fn feature(self) -> Option<Feature> {
+        match self {
+            Self::Csv | Self::CsvGz => None,
+            Self::Parquet => Some(Feature::Parquet),
+            Self::Mcap | Self::Rosbag2 => Some(Feature::Bags),
+        }
     }
 
     /// Whether it holds several feet.
@@ -111,7 +122,7 @@ pub fn write_table(
     form: Form,
     stored: &mut Stored,
     span: Span,
-    mut to: &mut dyn Write,
+    to: &mut dyn Write,
 ) -> io::Result<()> {
     let start_us = stored.about.start_us;
     match form {
@@ -120,14 +131,15 @@ pub fn write_table(
             write_table(Form::Csv, stored, span, &mut packed)?;
             packed.finish()?;
         }
+        #[cfg(feature = "parquet")]
         Form::Parquet => {
-            let mut table = ParquetSamples::new(&mut to)?;
+            let mut table = ParquetSamples::new(to)?;
             for sample in samples(stored, span)? {
                 table.add(&sample?, start_us)?;
             }
             table.finish()?;
         }
-        Form::Csv | Form::Mcap | Form::Rosbag2 => {
+        _ => {
             write_recording_header(to)?;
             for sample in samples(stored, span)? {
                 write_recording_row(&sample?, start_us, to)?;
@@ -166,96 +178,5 @@ impl Bag {
             has_loads,
             shift_us,
         })
-    }
-
-    /// Writes the messages of all feet by their times.
-    fn write(
-        &self,
-        feet: &mut [Foot],
-        span: Span,
-        mut put: impl FnMut(&ros::Published) -> io::Result<()>,
-    ) -> io::Result<()> {
-        let mut streams = Vec::new();
-        for foot in feet {
-            let offset_us = foot.stored.about.start_us + self.shift_us;
-            let messages = Samples::new(&foot.name);
-            streams.push(Stream {
-                offset_us,
-                messages: if self.has_loads {
-                    messages.with_load()
-                } else {
-                    messages
-                },
-                samples: samples(&mut foot.stored, span)?.peekable(),
-            });
-        }
-        loop {
-            let mut first: Option<(Timestamp, usize)> = None;
-            for (index, stream) in streams.iter_mut().enumerate() {
-                if let Some(at) = stream.next_at()?
-                    && first.is_none_or(|(before, _)| at.as_micros() < before.as_micros())
-                {
-                    first = Some((at, index));
-                }
-            }
-            let Some((at, index)) = first else {
-                return Ok(());
-            };
-            let stream = &mut streams[index];
-            if let Some(sample) = stream.samples.next() {
-                for published in stream.messages.messages(&sample?, at) {
-                    put(&published)?;
-                }
-            }
-        }
-    }
-
-    /// Writes it as MCAP.
-    ///
-    /// # Errors
-    /// What the writer and the temporary files report.
-    pub fn write_mcap(&self, feet: &mut [Foot], span: Span, to: &mut dyn Write) -> io::Result<()> {
-        let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
-        self.write(feet, span, |published| {
-            bag.write(published).map_err(io_error)
-        })?;
-        bag.finish().map_err(io_error)
-    }
-
-    /// Writes it as the folder of a rosbag2.
-    ///
-    /// # Errors
-    /// What the folder and the temporary files report.
-    pub fn write_rosbag2(&self, feet: &mut [Foot], span: Span, path: &Path) -> io::Result<()> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let folder = WholeFolder::create(path)?;
-        let mut bag = Rosbag2File::new(folder.path(), &name).map_err(io::Error::other)?;
-        self.write(feet, span, |published| {
-            bag.write(published).map_err(io::Error::other)
-        })?;
-        bag.finish().map_err(io::Error::other)?;
-        folder.finish()
-    }
-}
-
-/// The samples of a foot on their way to a bag.
-struct Stream<I: Iterator<Item = io::Result<RecordedSample>>> {
-    /// What is to be added to their timestamps, µs.
-    offset_us: i64,
-    messages: Samples,
-    samples: Peekable<I>,
-}
-
-impl<I: Iterator<Item = io::Result<RecordedSample>>> Stream<I> {
-    /// When the next sample was acquired, on the clock of the bag.
-    fn next_at(&mut self) -> io::Result<Option<Timestamp>> {
-        if let Some(Err(error)) = self.samples.next_if(Result::is_err) {
-            return Err(error);
-        }
-        let micros = |sample: &RecordedSample| sample.imu.timestamp.as_micros();
-        let next = self.samples.peek().and_then(|next| next.as_ref().ok());
-        Ok(next.map(|sample| {
-            Timestamp::from_micros(micros(sample).saturating_add_signed(self.offset_us))
-        }))
     }
 }

@@ -1,24 +1,17 @@
-//! Messages of feet, recorded as MCAP: by `footfall record`, and by the monitor.
+//! A recording, where this program writes MCAP.
 
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use mcap::McapError;
 use ros::{McapFile, Published};
 
+use super::Existing;
 use crate::error::Error;
-use crate::files::{OutputError, io_error};
+use crate::files::OutputError;
 use crate::stream::Sink;
-
-/// What becomes of a file that is there already.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// It stays, and nothing is recorded.
-    Kept,
-    /// It is replaced.
-    Replaced,
-}
 
 /// A recording that is being made.
 pub struct McapRecording {
@@ -88,5 +81,13 @@ fn unwritable(path: &Path, source: io::Error) -> OutputError {
     OutputError::Unwritable {
         file: path.display().to_string(),
         source,
+    }
+}
+
+/// What the operating system says, where it is that which an MCAP could not be written for.
+pub fn io_error(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        error => io::Error::other(error),
     }
 }

@@ -1,0 +1,82 @@
+//! The picture of the feet on a terminal, and the keys.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use live::Feed;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+
+use super::Robot;
+use super::listen::{PICTURE, listen, next};
+use super::screen::{Running, draw};
+use crate::files::finish_when_interrupted;
+use crate::messages::aside;
+use crate::stream::is_over;
+
+/// Gives the terminal back however the picture ends.
+struct Restored;
+
+impl Drop for Restored {
+    fn drop(&mut self) {
+        ratatui::restore();
+    }
+}
+
+/// Shows the feet until a key, the end, or an interruption ends it.
+///
+/// # Errors
+/// The terminal cannot be used.
+pub fn watch_screen(
+    feed: &Feed,
+    robot: &mut Robot,
+    end: Option<Instant>,
+    source: &str,
+) -> io::Result<()> {
+    // A signal that ended the program at once would leave the terminal without echo and cursor.
+    finish_when_interrupted();
+    let mut terminal = ratatui::try_init()?;
+    let restored = Restored;
+    let mut running = Running::Live;
+    'watch: while !is_over(end) {
+        listen(feed, robot, next(PICTURE, end));
+        if robot.has_ended() {
+            // What is left on the screen is the end: keys are waited for.
+            event::poll(PICTURE)?;
+        }
+        let mut is_changed = running == Running::Live;
+        while event::poll(Duration::ZERO)? {
+            let key = match event::read()? {
+                Event::Key(key) if key.kind == KeyEventKind::Press => key,
+                Event::Resize(..) => {
+                    is_changed = true;
+                    continue;
+                }
+                _ => continue,
+            };
+            is_changed = true;
+            match key.code {
+                KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
+                    break 'watch;
+                }
+                KeyCode::Char('q') | KeyCode::Esc => break 'watch,
+                KeyCode::Char(' ' | 'p') => {
+                    running = match running {
+                        Running::Live => Running::Paused,
+                        Running::Paused => Running::Live,
+                    };
+                }
+                KeyCode::Char('m') => robot.mark(),
+                KeyCode::Char('r') => robot.toggle_recording(),
+                _ => {}
+            }
+        }
+        if is_changed {
+            terminal.draw(|frame| draw(frame, robot, source, running))?;
+        }
+    }
+    drop(restored);
+    if let Some(event) = robot.finish_recording() {
+        aside(format!("{event}\n"));
+    }
+    Ok(())
+}

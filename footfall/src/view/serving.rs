@@ -1,0 +1,62 @@
+//! Feet that stream are served until it is over.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use decode::Feet;
+use live::link::pace::Speed;
+use live::{LinkError, Source};
+
+use super::server::{Reach, Server};
+use crate::error::Error;
+use crate::files::finish_when_interrupted;
+use crate::messages::{aside, warn};
+use crate::stream::{Stream, is_over};
+
+/// How often it is looked whether the end has come, once the source has ended.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Serves what the feet stream until the deadline.
+///
+/// # Errors
+/// The source cannot be opened, or nothing can be served.
+pub fn serve(
+    source: &Source,
+    (host, port): (&str, u16),
+    feet: Feet,
+    deadline: Option<Instant>,
+) -> Result<(), Error> {
+    let name = format!("footfall {source}");
+    finish_when_interrupted();
+    let mut stream = Stream::open(source.clone().at_speed(Speed::REAL), feet);
+    stream.wait_until_open()?;
+    let mut server = Server::start(host, port, &name)?;
+    let url = server.url();
+    let app_url = server.app_url();
+    let also = match server.reach() {
+        Reach::OneAddress => "",
+        Reach::AllAddresses => ", and at all other addresses of this machine",
+    };
+    aside(format!(
+        "serving {source} at {url}{also}\n\
+         Foxglove: {app_url}\n\
+         PlotJuggler: Streaming, Foxglove Bridge, {url}"
+    ));
+    let ended = stream.run(deadline, &mut server);
+    stream.report();
+    let ended = match ended {
+        Ok(Some(error @ LinkError::Ended(_))) => {
+            warn(format!("{error}; viewers stay connected until Ctrl-C"));
+            Ok(())
+        }
+        Ok(Some(error)) => Err(error.into()),
+        Ok(None) => Ok(()),
+        Err(error) => Err(error),
+    };
+    // What is played is still on its way to viewers, which show it as long as they are connected.
+    while ended.is_ok() && !is_over(deadline) {
+        thread::sleep(LOOK);
+    }
+    server.stop();
+    ended
+}

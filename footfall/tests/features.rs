@@ -1,0 +1,71 @@
+//! What needs a feature: where it is not built, the feature and the command that builds it are named, and
+//! nothing is written.
+
+mod common;
+
+use common::Bench;
+use footfall::feature::Feature;
+
+/// What is asked for, by the feature that it needs.
+const NEEDS: [(Feature, &str); 13] = [
+    (Feature::Bags, "replay walk.mcap"),
+    (Feature::Bags, "replay walk.db3"),
+    (Feature::Bags, "convert walk.csv new.mcap"),
+    (Feature::Bags, "convert walk.csv new --as rosbag2"),
+    (Feature::Bags, "record demo:feet=1 --output new.mcap"),
+    (Feature::Foxglove, "view demo:feet=1"),
+    (Feature::Parquet, "replay walk.parquet"),
+    (Feature::Parquet, "replay walk.csv --output new.parquet"),
+    (Feature::Parquet, "convert walk.csv new.parquet"),
+    (Feature::Parquet, "batch . --out new"),
+    (Feature::Parquet, "schema batch"),
+    (Feature::Png, "replay walk.csv --plot new.png"),
+    (Feature::Ros2, "ros2 demo:feet=1 --compat champ"),
+];
+
+#[test]
+fn what_is_not_built_is_refused_with_the_command_that_builds_it() {
+    let bench = Bench::new();
+    let table = "t,ax,ay,az,wx,wy,wz\n0,0,0,9.8,0,0,0\n0.001,0,0,9.8,0,0,0\n";
+    for (name, content) in [
+        ("walk.csv", table),
+        ("walk.mcap", "\u{89}MCAP0\r\n"),
+        ("walk.db3", "SQLite format 3\0"),
+        ("walk.parquet", "PAR1"),
+    ] {
+        // The first byte of an MCAP is no UTF-8.
+        let bytes: Vec<u8> = content.chars().map(|c| c as u8).collect();
+        std::fs::write(bench.path(name), bytes).expect("a file");
+    }
+    let before = bench.files();
+    for (feature, arguments) in NEEDS {
+        if feature.is_built() {
+            continue;
+        }
+        let error = bench.error(arguments);
+        let named = format!("needs the feature {feature}, ");
+        assert!(error.contains(&named), "{arguments}: {error}");
+        let command = format!("cargo run --release --features {feature}\n");
+        assert!(error.ends_with(&command), "{arguments}: {error}");
+        assert_eq!(bench.files(), before, "{arguments}");
+    }
+}
+
+#[test]
+fn the_version_lists_the_features_that_are_built() {
+    let version = Bench::new().stdout("--version");
+    let (number, features) = version.split_once(" (features: ").expect("features");
+    assert_eq!(number, concat!("footfall ", env!("CARGO_PKG_VERSION")));
+    let listed: Vec<_> = features
+        .trim_end()
+        .trim_end_matches(')')
+        .split(", ")
+        .collect();
+    for feature in Feature::ALL {
+        assert_eq!(
+            listed.contains(&feature.name()),
+            feature.is_built(),
+            "{feature}"
+        );
+    }
+}
