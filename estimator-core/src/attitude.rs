@@ -199,6 +199,11 @@ impl AttitudeFilter {
         self.orientation
     }
 
+    /// Gravity as this accelerometer reads it at rest, m/s².
+    pub(crate) const fn gravity(&self) -> f32 {
+        self.bias.gravity()
+    }
+
     /// The angular rate at rest, rad/s, that is too great to be learnt as a bias; `None` where there
     /// is none.
     #[must_use]

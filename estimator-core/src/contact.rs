@@ -8,7 +8,6 @@ use crate::phase::{Decision, Load, Phase, PhaseTracker};
 use crate::probability::{Density, Probabilities};
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
 use crate::stillness::{Learnt, Stillness};
-use crate::units::STANDARD_GRAVITY;
 use crate::vector::{Quaternion, Vec3};
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
 use crate::window::{AnyRing, Filling, Ring};
@@ -56,6 +55,7 @@ struct Pipeline<R: ?Sized> {
     attitude: AttitudeFilter,
     phase: PhaseTracker,
     velocity: VelocityCoefficients,
+    velocity_sigma: VelocitySigma,
     previous: Option<Timestamp>,
     method: Method,
     /// With [`Method::SelfCalibrating`].
@@ -94,6 +94,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             attitude: AttitudeFilter::new(config),
             phase: PhaseTracker::new(config.phase),
             velocity: config.velocity,
+            velocity_sigma: VelocitySigma::MOST,
             previous: None,
             method: config.method,
             stillness: Stillness::new(&config.stillness),
@@ -114,6 +115,13 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// foot that has a deadline for the estimate and time after it; it changes no result.
     pub fn finish(&mut self) {
         self.0.stillness.finish();
+    }
+
+    /// The zero-velocity measurement of the newest sample, as [`ContactEstimate::velocity_sigma`] has it;
+    /// [`VelocitySigma::MOST`] before the first.
+    #[must_use]
+    pub const fn velocity_sigma(&self) -> VelocitySigma {
+        self.0.velocity_sigma
     }
 
     /// The angular rate at rest, rad/s, that is too great to be learnt as a bias of the gyroscope;
@@ -175,7 +183,7 @@ impl Pipeline<AnyRing> {
                 flags = flags.with(Flag::AttitudeNotInitialised);
                 self.push_unaligned(sample, validity)
             }
-            _ => self.push_doubt(validity),
+            _ => self.push_doubt(),
         };
         if let Some(before) = before {
             probabilities = probabilities.no_higher_than(&before);
@@ -190,6 +198,9 @@ impl Pipeline<AnyRing> {
             self.phase
                 .update(sample.timestamp, probabilities.stable, flags, load);
         let (linear_acceleration, angular_rate) = motion.unwrap_or_default();
+        self.velocity_sigma = self
+            .velocity
+            .sigma(probabilities.stable, angular_rate.0, flags);
         ContactEstimate {
             timestamp: sample.timestamp,
             probabilities,
@@ -200,9 +211,7 @@ impl Pipeline<AnyRing> {
             linear_acceleration,
             angular_rate,
             gyro_bias: self.attitude.gyro_bias(),
-            velocity_sigma: self
-                .velocity
-                .sigma(probabilities.stable, angular_rate.0, flags),
+            velocity_sigma: self.velocity_sigma,
         }
     }
 
@@ -277,11 +286,10 @@ impl Pipeline<AnyRing> {
         }
     }
 
-    fn push_doubt(&mut self, validity: Validity) -> Probabilities {
-        match (self.method, validity) {
-            (Method::SelfCalibrating, Validity::Saturated(_)) => self.stillness.push_saturated(),
-            (Method::SelfCalibrating, _) => self.stillness.push_doubt(),
-            (Method::HalfWidths, _) => self.density.push_doubt(),
+    fn push_doubt(&mut self) -> Probabilities {
+        match self.method {
+            Method::SelfCalibrating => self.stillness.push_doubt(),
+            Method::HalfWidths => self.density.push_doubt(),
         }
     }
 
@@ -292,7 +300,7 @@ impl Pipeline<AnyRing> {
             (Method::SelfCalibrating, Validity::Valid) => self
                 .stillness
                 .push_unaligned(sample.specific_force.0, sample.angular_rate),
-            (Method::SelfCalibrating, _) => self.push_doubt(validity),
+            (Method::SelfCalibrating, _) => self.push_doubt(),
             (Method::HalfWidths, _) => {
                 self.density.clear();
                 Probabilities::default()
@@ -325,7 +333,7 @@ impl Pipeline<AnyRing> {
         Some(match self.gravity {
             Gravity::Removed => (LinearAcceleration(force - error), sample.angular_rate),
             Gravity::Included => {
-                let gravity = self.attitude.orientation().up() * STANDARD_GRAVITY;
+                let gravity = self.attitude.orientation().up() * self.attitude.gravity();
                 let bias = self.attitude.gyro_bias();
                 (
                     LinearAcceleration(force - gravity - error),
@@ -348,6 +356,7 @@ mod tests {
     use super::*;
     use crate::params::Params;
     use crate::sample::{Saturation, SpecificForce};
+    use crate::units::STANDARD_GRAVITY;
     use crate::vector::Vec3;
     use std::vec::Vec;
 

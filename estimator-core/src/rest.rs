@@ -26,7 +26,7 @@
 
 use crate::order::Order;
 use crate::step::{Continuity, Step};
-use crate::units::DEGREE;
+use crate::units::{DEGREE, STANDARD_GRAVITY};
 use crate::vector::Vec3;
 
 /// Time constant of the means that deviations are taken from, s.
@@ -83,6 +83,13 @@ const REST_FROM_THE_START: f32 = 0.5;
 /// Time constant, s, with which the bias of a foot that has never rested follows the corrections of its
 /// inclination: twice that of the corrections in motion, so that the two together do not swing.
 const UNRESTED_TIME_CONSTANT: f32 = 10.0;
+
+/// An accelerometer at rest reads gravity as at least and at most this, m/s². A NAO's reads 9.06; what is
+/// further off is no rest.
+const GRAVITY: (f32, f32) = (0.9 * STANDARD_GRAVITY, 1.1 * STANDARD_GRAVITY);
+
+/// Time constant with which that is learnt at rest, s.
+const GRAVITY_TIME_CONSTANT: f32 = 0.5;
 
 /// Whether the sensor has moved since the first sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -185,6 +192,8 @@ pub(crate) struct BiasEstimator {
     /// How long a rest has shown a rate beyond the limit while nothing is known, s.
     unbelieved: f32,
     bias: Vec3,
+    /// Length of the specific force at rest, m/s²: gravity, as this accelerometer reads it.
+    gravity: f32,
     beginning: Beginning,
 }
 
@@ -202,6 +211,7 @@ impl BiasEstimator {
             opening: 0.0,
             unbelieved: 0.0,
             bias: Vec3::ZERO,
+            gravity: STANDARD_GRAVITY,
             beginning: Beginning::Still,
         }
     }
@@ -245,6 +255,9 @@ impl BiasEstimator {
             Beginning::Over => duration,
         };
         if self.still >= least {
+            let (lightest, heaviest) = GRAVITY;
+            let read = self.mean_force.length().greater(lightest).lesser(heaviest);
+            self.gravity += (read - self.gravity) * (dt / (GRAVITY_TIME_CONSTANT + dt));
             self.learn(dt);
         }
     }
@@ -297,6 +310,11 @@ impl BiasEstimator {
     /// The rate at rest, rad/s, that is too great to be learnt as a bias; `None` where there is none.
     pub(crate) fn excess(&self) -> Option<Vec3> {
         (self.unbelieved >= REPORTED_AFTER).then_some(self.mean_rate)
+    }
+
+    /// Gravity as this accelerometer reads it, m/s²: the standard one until there has been rest.
+    pub(crate) const fn gravity(&self) -> f32 {
+        self.gravity
     }
 
     /// Whether the bias rests on rest.

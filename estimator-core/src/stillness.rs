@@ -10,7 +10,7 @@
 //! edge = between the foot's own stillness and motion, see `stillness::classes`
 //! mass = Φ((edge − u)/h)                    the kernel's mass below the edge, in closed form
 //! M    ← M + (mass − M)·(1 − exp(−dt/τ))    mean over the last τ; of the leaky mean, the newest
-//! P    = Π [f + (1 − f)·M] · no slide       f: the share that a quantity cannot take away
+//! P    = Π [f + (1 − f)·M] · no slide · evidence      f: the share that a quantity cannot take away
 //! ```
 //!
 //! The same classes judge parts of the motion: what lies across up and turns about it (tangential),
@@ -23,25 +23,31 @@
 //! | stillness and motion as this foot shows them | `stillness::classes` |
 //! | the same as it is stored | `stillness::learnt` |
 //! | speed picked up along the ground | `stillness::slide` |
+//! | what a foot must show to be believed, and whether it walks | `stillness::evidence`, `stillness::stride` |
 //! | tangential, vertical and each axis alone | `stillness::parts` |
 //! | constants | `stillness::params` |
 
 mod classes;
+mod evidence;
 mod gravity_error;
 mod learnt;
 mod params;
 mod parts;
+mod quantity;
 mod slide;
+mod stride;
 
 pub use learnt::{Classes, LOGARITHM, Learnt, MOST_SECONDS, OLDEST, SETTLED_AFTER};
 pub use params::{
-    Constants, GravityErrorParams, Learning, QuantityParams, SlideParams, StillnessParams,
+    Constants, EvidenceParams, GravityErrorParams, Learning, QuantityParams, SlideParams,
+    StillnessParams,
 };
-pub use slide::SLOWEST_RATE;
 
-use classes::{Edge, Learner, LearnerCoefficients, PerQuantity};
+use classes::{Learner, LearnerCoefficients};
+use evidence::{Evidence, Shown};
 use gravity_error::{Foot, GravityError};
 use parts::{Motion, Parts};
+use quantity::{Edge, PerQuantity};
 use slide::Slide;
 
 use crate::axis::PerAxis;
@@ -90,8 +96,9 @@ impl StillnessConfig {
 struct Coefficients {
     learning: Learning,
     learner: LearnerCoefficients,
-    /// An acceleration counts in the leaky mean up to this, m/s².
+    /// An acceleration counts in the leaky mean up to this, m/s², and its square.
     impact: f32,
+    impact_squared: f32,
     /// The foot counts as quiet from this share of mass on.
     quiet: f32,
     /// Share of the newest mass in its mean.
@@ -108,7 +115,10 @@ pub(crate) struct Stillness {
     coefficients: Coefficients,
     learner: Learner,
     gravity_error: GravityError,
-    slide: Option<Slide>,
+    slide: Slide,
+    evidence: Evidence,
+    /// Factor of the probability: no slide, and evidence.
+    believed: f32,
     /// The leaky mean of the acceleration, m/s², sensor frame.
     velocity: Vec3,
     /// Mean masses of the whole motion.
@@ -164,6 +174,8 @@ impl Stillness {
             learner: Learner::new(&learner, learnt),
             gravity_error: GravityError::new(&params.gravity_error, sample_rate),
             slide: Slide::new(params.slide, sample_rate),
+            evidence: Evidence::new(params.evidence, sample_rate),
+            believed: 1.0,
             velocity: Vec3::ZERO,
             acceleration: 0.0,
             rate: 0.0,
@@ -180,6 +192,7 @@ impl Stillness {
                 learning,
                 learner,
                 impact: params.impact,
+                impact_squared: params.impact * params.impact,
                 quiet: params.gravity_error.quiet,
                 newest: share(params.window),
                 leak: share(params.leak),
@@ -225,6 +238,7 @@ impl Stillness {
         let Coefficients {
             ref learner,
             impact,
+            impact_squared,
             quiet,
             newest,
             leak,
@@ -232,7 +246,7 @@ impl Stillness {
         } = self.coefficients;
         let (a, w) = (acceleration.0, rate.0);
         let square = a.dot(a);
-        let capped = match square > impact * impact {
+        let capped = match square > impact_squared {
             true => a * (impact / sqrt(square)),
             false => a,
         };
@@ -273,12 +287,13 @@ impl Stillness {
             true => Foot::Quiet,
             false => Foot::Moving,
         };
-        self.gravity_error.update(a, foot);
-        if let Some(slide) = &mut self.slide {
-            let along = up * a.dot(up);
-            slide.push(a - along, self.learner.still_rate());
-        }
-        self.probabilities = self.combine(velocity, self.learner.edges());
+        self.gravity_error.update(a, up, foot);
+        let still = heard(self.acceleration, &edges.acceleration)
+            * heard(self.rate, &edges.rate)
+            * heard(velocity, &edges.velocity);
+        let along = up * a.dot(up);
+        self.believed = self.slide.push(a - along, still) * self.evidence.factor();
+        self.probabilities = self.combine(still);
         self.lesson.stable = self.probabilities.stable;
         self.lesson.state = LessonState::Due;
         self.probabilities
@@ -302,30 +317,34 @@ impl Stillness {
         let edges = self.learner.edges();
         self.parts
             .push(motion, edges, &learner.quantities, self.filled);
+        self.learner.stride(learner, logarithms, *stable);
+        let shown = match self.learner.shows(learner, logarithms) {
+            Shown::Rest if !self.slide.is_slow() => Shown::Nothing,
+            shown => shown,
+        };
+        self.evidence.push(shown);
+        self.slide.learn(*stable);
+        self.slide.roll(sqrt(motion.squares.rate));
         match self.coefficients.learning {
             Learning::On => {
-                self.learner.update(learner, logarithms, *stable);
+                let since_rest = self.evidence.since_rest();
+                self.learner
+                    .update(learner, logarithms, *stable, since_rest);
                 self.learner.follow(learner);
             }
             Learning::Frozen => self.learner.rest(),
         }
     }
 
-    /// The product of what the three quantities say, and the slide.
-    fn combine(&self, velocity: f32, edges: &PerQuantity<Edge>) -> Probabilities {
-        let no_slide = match &self.slide {
-            None => 1.0,
-            Some(slide) => slide.probability(),
-        };
-        let still = heard(self.acceleration, &edges.acceleration)
-            * heard(self.rate, &edges.rate)
-            * heard(velocity, &edges.velocity);
-        let stable = still * no_slide;
+    /// What the three quantities say together, with the slide and the evidence; and of the parts.
+    fn combine(&self, still: f32) -> Probabilities {
+        let believed = self.believed;
+        let stable = still * believed;
         // A part that is not due may lag behind, and is never less still than the whole.
         let (tangential, vertical, axes) = self.parts.probabilities();
         Probabilities {
             axes: axes.map(|p| p.greater(stable)),
-            tangential: (tangential * no_slide).greater(stable),
+            tangential: (tangential * believed).greater(stable),
             vertical: vertical.greater(stable),
             stable,
         }
@@ -347,7 +366,8 @@ impl Stillness {
         self.probabilities
     }
 
-    /// Takes in a sample that cannot be believed: it counts as one in motion, and teaches nothing.
+    /// Takes in a sample that cannot be believed, or at the end of the sensor's range: it counts as one in
+    /// motion, and teaches nothing. What it may have added to the speed of a slide is limited anyway.
     #[inline(never)]
     pub fn push_doubt(&mut self) -> Probabilities {
         self.finish();
@@ -358,15 +378,6 @@ impl Stillness {
         self.parts.scale(share);
         self.probabilities = self.probabilities.scaled(share);
         self.probabilities
-    }
-
-    /// The newest sample was at the end of the sensor's range: see [`Self::push_doubt`]; and it may
-    /// have given the foot any speed.
-    pub fn push_saturated(&mut self) -> Probabilities {
-        if let Some(slide) = &mut self.slide {
-            slide.doubt();
-        }
-        self.push_doubt()
     }
 
     /// Whether the means are over a whole window.

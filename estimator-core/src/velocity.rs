@@ -10,6 +10,7 @@
 //! the covariance σ² I. `footfall evaluate --odometry` compares it with zero-velocity detectors.
 
 use crate::flag::Flags;
+use crate::order::Order;
 use crate::root::sqrt;
 use crate::vector::Vec3;
 
@@ -93,7 +94,7 @@ impl VelocityCoefficients {
         const MOST: f32 = VelocitySigma::MOST.0 * VelocitySigma::MOST.0;
         // A NaN fails both comparisons.
         if probability > 0.0 && !flags.are_doubt() {
-            let odds_against = (1.0 - probability.min(1.0)) / probability;
+            let odds_against = (1.0 - probability.lesser(1.0)) / probability;
             let variance = self.speed * odds_against + self.lever * rate.dot(rate) + self.floor;
             if variance < MOST {
                 return VelocitySigma(sqrt(variance));

@@ -135,7 +135,7 @@ const WHEN: [&str; 2] = ["as recorded", "after a minute of standing"];
 fn by_default_every_stance_on_a_mattress_is_probable() {
     for (peaks, when) in default_peaks(MATTRESS).into_iter().flatten().zip(WHEN) {
         assert_eq!(peaks.len(), 6);
-        assert!(peaks.iter().all(|p| *p > 0.9), "{when}: {peaks:?}");
+        assert!(peaks.iter().all(|p| *p > 0.89), "{when}: {peaks:?}");
     }
 }
 

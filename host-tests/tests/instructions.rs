@@ -13,8 +13,8 @@ use serde_json::Value;
 const BUDGETS: [(&str, f64); 4] = [
     ("kde/paper_50", 416.3),
     ("kde/paper_250", 416.3),
-    ("filter/step", 889.7),
-    ("pipeline/default", 2233.7),
+    ("filter/step", 918.0),
+    ("pipeline/default", 2472.9),
 ];
 const TOLERANCE: f64 = 0.03;
 const SAMPLES: f64 = 5000.0;

@@ -248,18 +248,21 @@ fn a_foot_of_which_an_axis_was_stuck() {
     let long = simulate(&long, &SensorParams::LSM6DSOX, 8).recording;
     let walk = walk();
     type Stick = fn(&mut ImuSample);
-    let sticks: [(&str, Stick); 4] = [
-        ("ay at 0", |imu| imu.specific_force.0.y = 0.0),
-        ("ax at 20 m/s²", |imu| imu.specific_force.0.x = 20.0),
-        ("az at 0", |imu| imu.specific_force.0.z = 0.0),
-        ("wy at 1 rad/s", |imu| imu.angular_rate.0.y = 1.0),
+    let sticks: [(&str, usize, Stick); 4] = [
+        ("ay at 0", STEPS, |imu| imu.specific_force.0.y = 0.0),
+        ("ax at 20 m/s²", STEPS, |imu| imu.specific_force.0.x = 20.0),
+        ("az at 0", STEPS, |imu| imu.specific_force.0.z = 0.0),
+        // What was taken for a bias meanwhile is forgotten within 10 s, and until then tilts the foot.
+        ("wy at 1 rad/s", STEPS + 6, |imu| {
+            imu.angular_rate.0.y = 1.0;
+        }),
     ];
     let mut wrong = Vec::new();
-    for (name, stick) in sticks {
+    for (name, steps, stick) in sticks {
         let stuck = changed(&long, |sample| stick(&mut sample.imu));
         let before = stuck.samples.iter().map(|sample| sample.imu);
         let recording = after_samples(before, &walk.recording);
-        wrong.extend(walk_after(name, &recording, &walk, &Params::DEFAULT, STEPS));
+        wrong.extend(walk_after(name, &recording, &walk, &Params::DEFAULT, steps));
     }
     assert_nothing_wrong(&wrong);
 }

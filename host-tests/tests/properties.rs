@@ -1,7 +1,7 @@
 //! What holds for the estimator whatever comes in.
 
 use estimator_core::stillness::{
-    Classes, Constants, GravityErrorParams, QuantityParams, SlideParams,
+    Classes, Constants, EvidenceParams, GravityErrorParams, QuantityParams, SlideParams,
 };
 use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, ContactEstimator, Decision, DecisionParams,
@@ -135,6 +135,40 @@ prop_compose! {
 }
 
 prop_compose! {
+    fn any_slide()(
+        (speed, spread, lever) in (scale(1.1e-4, 0.9), 0.0_f32..=100.0, 0.0_f32..=10.0),
+        (rate, largest_rate, turn_time_constant) in (0.0_f32..=10.0, 0.0_f32..=10.0, scale(1.1e-4, 0.9)),
+        (impact, below) in (scale(0.11, 9.0e2), 0.0_f32..=1.0),
+        (time_constant, moving_time_constant) in (scale(1.1e-3, 9.0), scale(1.1e-3, 9.0)),
+        (limit, moving_limit) in (1.0_f32..=10.0, 1.0_f32..=10.0),
+        (usual, quantile, gain) in (scale(1.1e-4, 0.19), 0.0_f32..=1.0, 0.0_f32..=10.0),
+        (prior, memory) in (scale(1.1e-3, 90.0), scale(0.011, 9.0e2)),
+        (learn_from, learn_until) in (0.0_f32..=10.0, scale(0.011, 90.0)),
+    ) -> SlideParams {
+        SlideParams {
+            speed, spread, lever, rate, largest_rate, turn_time_constant, impact, time_constant,
+            moving_time_constant, limit, moving_limit, below, usual, quantile, gain, prior, memory,
+            learn_from, learn_until,
+        }
+    }
+}
+
+prop_compose! {
+    fn any_evidence()(
+        (rest, lasts, fading) in (scale(0.011, 9.0), scale(0.11, 90.0), scale(1.1e-3, 9.0)),
+        (widths, least_width) in (0.0_f32..=10.0, 0.0_f32..=3.0),
+        (swing, first_swing) in (0.0_f32..=10.0, 0.0_f32..=10.0),
+        (calm, calm_time_constant) in (0.0_f32..=10.0, scale(1.1e-3, 0.9)),
+        (stride, learns) in (scale(0.11, 90.0), scale(0.11, 90.0)),
+    ) -> EvidenceParams {
+        EvidenceParams {
+            rest, lasts, fading, widths, least_width, swing, first_swing, calm, calm_time_constant,
+            stride, learns,
+        }
+    }
+}
+
+prop_compose! {
     fn any_stillness()(
         [acceleration, rate, velocity] in prop::array::uniform3(any_quantity()),
         (window, leak, impact) in (scale(1.1e-4, 0.9), scale(1.1e-4, 0.9), scale(0.11, 9.0e2)),
@@ -142,16 +176,14 @@ prop_compose! {
         (least_width, widening) in (scale(0.011, 0.9), 1.0_f32..3.0),
         (prior, memory) in (scale(1.1e-3, 90.0), scale(0.11, 9.0e2)),
         (stance, motion, relaxation) in (scale(0.011, 90.0), scale(0.011, 90.0), scale(0.11, 9.0e2)),
-        (speed, lever, time_constant, slide_limit) in
-            (scale(1.1e-4, 0.9), 0.0_f32..=10.0, scale(1.1e-3, 9.0), 1.0_f32..=10.0),
+        (slide, evidence) in (any_slide(), any_evidence()),
         (quiet, start, quiet_memory, forgetting, error_limit) in
             (0.01_f32..=1.0, scale(1.1e-3, 9.0), scale(1.1e-3, 90.0), scale(0.011, 9.0e2), 0.0_f32..=10.0),
     ) -> StillnessParams {
         StillnessParams {
             acceleration, rate, velocity, window, leak, impact, part_of_the_way, least_bandwidth,
             least_width, largest_width: least_width * widening, prior, memory, stance, motion,
-            relaxation,
-            slide: SlideParams { speed, lever, time_constant, limit: slide_limit },
+            relaxation, slide, evidence,
             gravity_error: GravityErrorParams {
                 quiet, start, memory: quiet_memory, forgetting, limit: error_limit,
             },

@@ -1,12 +1,13 @@
 //! The constants of self-calibration as they come out where a family of recordings is left out of
 //! their choice.
 //!
-//! Each set is chosen as the default's is, by the same search from the same start, but shorter, and on
-//! the recordings of the other families alone. What it reaches on the family that was left out shows
-//! what the choice carries over.
+//! Each set is chosen as the default's first constants are, by the same search from the same start, but shorter,
+//! and on the recordings of the other families alone. What it reaches on the family that was left out shows
+//! what the choice carries over. The constants of the slide and of the evidence are the default's, which were
+//! chosen with all recordings in view.
 
 use estimator_core::StillnessParams;
-use estimator_core::stillness::{GravityErrorParams, QuantityParams, SlideParams};
+use estimator_core::stillness::{GravityErrorParams, QuantityParams};
 
 use crate::sets::Family;
 
@@ -69,12 +70,8 @@ const WITHOUT_ATLAS: StillnessParams = StillnessParams {
     stance: 0.247,
     motion: 1.43,
     relaxation: 4.93,
-    slide: SlideParams {
-        speed: 0.00275,
-        lever: 0.439,
-        time_constant: 0.0373,
-        limit: 1.96,
-    },
+    slide: StillnessParams::DEFAULT.slide,
+    evidence: StillnessParams::DEFAULT.evidence,
     gravity_error: GravityErrorParams {
         quiet: 0.887,
         start: 0.105,
@@ -130,12 +127,8 @@ const WITHOUT_LCD: StillnessParams = StillnessParams {
     stance: 0.211,
     motion: 1.0,
     relaxation: 5.72,
-    slide: SlideParams {
-        speed: 0.00232,
-        lever: 0.779,
-        time_constant: 0.041,
-        limit: 2.42,
-    },
+    slide: StillnessParams::DEFAULT.slide,
+    evidence: StillnessParams::DEFAULT.evidence,
     gravity_error: GravityErrorParams {
         quiet: 0.896,
         start: 0.214,
@@ -191,12 +184,8 @@ const WITHOUT_SHOE: StillnessParams = StillnessParams {
     stance: 0.231,
     motion: 1.55,
     relaxation: 4.1,
-    slide: SlideParams {
-        speed: 0.00244,
-        lever: 0.678,
-        time_constant: 0.0461,
-        limit: 2.34,
-    },
+    slide: StillnessParams::DEFAULT.slide,
+    evidence: StillnessParams::DEFAULT.evidence,
     gravity_error: GravityErrorParams {
         quiet: 0.886,
         start: 0.159,
@@ -252,12 +241,8 @@ const WITHOUT_SIMULATED: StillnessParams = StillnessParams {
     stance: 0.241,
     motion: 1.12,
     relaxation: 7.91,
-    slide: SlideParams {
-        speed: 0.00229,
-        lever: 0.651,
-        time_constant: 0.0508,
-        limit: 2.59,
-    },
+    slide: StillnessParams::DEFAULT.slide,
+    evidence: StillnessParams::DEFAULT.evidence,
     gravity_error: GravityErrorParams {
         quiet: 0.876,
         start: 0.0959,

@@ -22,19 +22,31 @@
 //! * A foot that finds no stillness for longer grows its still class back to the prior, never beyond:
 //!   so what another robot has taught cannot keep this one from being found still. And one that finds
 //!   hardly any motion shrinks both classes back to near the prior, where they are larger.
+//! * A foot that never swings as strongly as it did, or never is calm between, does not walk: it hangs, is
+//!   carried or is shaken. It teaches nothing, however often it is called stable
+//!   ([`EvidenceParams`](super::EvidenceParams)); but where it rests between, its motion is learnt.
+//!   After some seconds of that, both classes shrink back to near the prior, where they are larger: a swing may
+//!   be strong for this foot, and weak for what was learnt of another.
 //! * What was learnt before a start weighs like a few steps, so that some steps more can outweigh it.
 //!
 //! [`StillnessParams::stance`]: super::StillnessParams::stance
 //! [`StillnessParams::motion`]: super::StillnessParams::motion
 
+use super::evidence::Shown;
 use super::learnt::{Classes, Learnt, OLDEST, SETTLED_AFTER};
-use super::params::{Constants, QuantityParams};
+use super::params::{Constants, EvidenceParams};
+use super::quantity::{Edge, PerQuantity, QuantityCoefficients};
+use super::stride::{Stride, StrideCoefficients};
 use crate::logarithm::exp;
 use crate::order::Order;
 
 /// A foot that finds hardly any motion keeps classes that are above the prior by no more than this, of
 /// the logarithm: a factor of 1.5.
 const MARGIN: f32 = 0.4;
+
+/// A foot that has neither swung nor rested for longer may have learnt what it never does: its classes go
+/// back to near the prior, s.
+const SHOWS_NOTHING: f32 = 5.0;
 
 /// Least distance between the classes, of the logarithm.
 const LEAST_DISTANCE: f32 = 0.3;
@@ -87,63 +99,6 @@ impl Learnt {
     }
 }
 
-/// Where stillness ends for one quantity, and how sharply.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Edge {
-    /// Logarithm of the amplitude.
-    pub at: f32,
-    /// 1/(h√2) for the kernel's bandwidth h.
-    pub inverse_scale: f32,
-    /// Share of the probability that the quantity cannot take away.
-    pub floor: f32,
-}
-
-/// A value for each quantity.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct PerQuantity<T> {
-    pub acceleration: T,
-    pub rate: T,
-    pub velocity: T,
-}
-
-impl<T: Copy> PerQuantity<T> {
-    pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> PerQuantity<U> {
-        PerQuantity {
-            acceleration: f(self.acceleration),
-            rate: f(self.rate),
-            velocity: f(self.velocity),
-        }
-    }
-}
-
-/// What a quantity's constants come to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct QuantityCoefficients {
-    floor: f32,
-    pub floor_squared: f32,
-    prior: Classes,
-    edge: f32,
-    inflation: f32,
-    bandwidth: f32,
-    indifference: f32,
-    inverse_separation: f32,
-}
-
-impl QuantityCoefficients {
-    fn new(params: &QuantityParams, prior: Classes) -> Self {
-        Self {
-            floor: params.floor,
-            floor_squared: params.floor * params.floor,
-            prior,
-            edge: params.edge,
-            inflation: params.inflation,
-            bandwidth: params.bandwidth,
-            indifference: params.indifference,
-            inverse_separation: 1.0 / params.separation,
-        }
-    }
-}
-
 /// What learning computes with at a sample rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LearnerCoefficients {
@@ -163,6 +118,7 @@ pub(super) struct LearnerCoefficients {
     relax: f32,
     /// Share of the newest sample in the mean over [`SHARE_TIME`].
     newest: f32,
+    stride: StrideCoefficients,
 }
 
 impl LearnerCoefficients {
@@ -188,6 +144,7 @@ impl LearnerCoefficients {
             motion: samples(params.motion),
             relax: period / params.relaxation,
             newest: (period / SHARE_TIME).lesser(1.0),
+            stride: StrideCoefficients::new(params.evidence, period),
         }
     }
 
@@ -252,12 +209,11 @@ pub(super) struct Learner {
     still_seconds: f32,
     moving_seconds: f32,
     stretch: Stretch,
+    stride: Stride,
     /// Share of the last seconds in which the foot was still.
     still_share: f32,
     /// Where stillness ends, as of the quantity's last turn.
     edges: PerQuantity<Edge>,
-    /// A rate that is still usual in stillness, rad/s.
-    still_rate: f32,
     turn: Turn,
     /// Age at the start, s, and the samples that have taught nothing since.
     idle_before: f32,
@@ -301,9 +257,9 @@ impl Learner {
             still_seconds: seconds.0,
             moving_seconds: seconds.1,
             stretch: Stretch::Still(0),
+            stride: Stride::START,
             still_share: 0.0,
             edges: PerQuantity::default(),
-            still_rate: 0.0,
             turn: Turn::Acceleration,
             idle_before,
             idle: 0,
@@ -336,6 +292,61 @@ impl Learner {
         self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
     }
 
+    /// Follows the stride with a sample with these logarithms of amplitudes that is still with
+    /// probability `stable`.
+    pub fn stride(
+        &mut self,
+        coefficients: &LearnerCoefficients,
+        logarithms: &PerQuantity<f32>,
+        stable: f32,
+    ) {
+        let EvidenceParams {
+            swing, first_swing, ..
+        } = coefficients.stride.params;
+        let margin = match self.is_settled() {
+            true => swing,
+            false => first_swing,
+        };
+        let moving = self.classes.acceleration.moving;
+        self.stride.push(
+            &coefficients.stride,
+            logarithms.acceleration - moving,
+            margin,
+            stable,
+        );
+    }
+
+    /// What a sample with these logarithms of amplitudes, the newest of the stride, shows of the foot.
+    pub fn shows(
+        &self,
+        coefficients: &LearnerCoefficients,
+        logarithms: &PerQuantity<f32>,
+    ) -> Shown {
+        let EvidenceParams {
+            widths,
+            least_width,
+            ..
+        } = coefficients.stride.params;
+        if self.stride.since_swing == 0.0 {
+            return Shown::Swing;
+        }
+        let rests = |classes: &Classes, logarithm: f32| {
+            logarithm < classes.still + (widths * classes.width).greater(least_width)
+        };
+        let PerQuantity {
+            acceleration,
+            rate,
+            velocity,
+        } = &self.classes;
+        let all = rests(acceleration, logarithms.acceleration)
+            && rests(rate, logarithms.rate)
+            && rests(velocity, logarithms.velocity);
+        match all {
+            true => Shown::Rest,
+            false => Shown::Nothing,
+        }
+    }
+
     /// Another sample that teaches nothing.
     pub const fn rest(&mut self) {
         self.idle = self.idle.saturating_add(1);
@@ -346,11 +357,6 @@ impl Learner {
         &self.edges
     }
 
-    /// A rate that is still usual in stillness, rad/s: one width above its mean, without the floor.
-    pub const fn still_rate(&self) -> f32 {
-        self.still_rate
-    }
-
     fn place_edge(&mut self, coefficients: &LearnerCoefficients, turn: Turn) {
         let quantities = &coefficients.quantities;
         let (edge, classes, quantity) = match turn {
@@ -359,12 +365,7 @@ impl Learner {
                 &self.classes.acceleration,
                 &quantities.acceleration,
             ),
-            Turn::Rate => {
-                let Classes { still, width, .. } = self.classes.rate;
-                self.still_rate =
-                    exp(still + coefficients.limited(width)) - 2.0 * quantities.rate.floor;
-                (&mut self.edges.rate, &self.classes.rate, &quantities.rate)
-            }
+            Turn::Rate => (&mut self.edges.rate, &self.classes.rate, &quantities.rate),
             Turn::Velocity => (
                 &mut self.edges.velocity,
                 &self.classes.velocity,
@@ -391,12 +392,13 @@ impl Learner {
     }
 
     /// Learns from a sample with these logarithms of amplitudes that is still with probability
-    /// `stable`.
+    /// `stable`, of a foot that rested `since_rest` seconds ago.
     pub fn update(
         &mut self,
         coefficients: &LearnerCoefficients,
         logarithms: &PerQuantity<f32>,
         stable: f32,
+        since_rest: f32,
     ) {
         self.stretch = match (stable > STILL, self.stretch) {
             (true, Stretch::Still(samples)) => Stretch::Still(samples.saturating_add(1)),
@@ -409,6 +411,14 @@ impl Learner {
             Stretch::Still(samples) => (samples < coefficients.stance, true),
             Stretch::Moving(samples) => (true, samples < coefficients.motion),
         };
+        let learns = coefficients.stride.params.learns;
+        let walks = self.stride.since_swing < learns;
+        // A foot that rests between motions weaker than what it has learnt, too.
+        let walks_weakly = self.is_settled() && since_rest < learns;
+        let (teaches_still, teaches_motion) = (
+            teaches_still && walks,
+            teaches_motion && (walks || walks_weakly),
+        );
         if teaches_still && teaches_motion {
             self.idle_before = 0.0;
             self.idle = 0;
@@ -437,17 +447,15 @@ impl Learner {
             }
         }
         match self.stretch {
-            Stretch::Moving(samples) if samples >= coefficients.motion => {
+            Stretch::Moving(samples) if walks && samples >= coefficients.motion => {
                 self.relax(coefficients, Relaxation::Grow);
             }
             Stretch::Moving(_) | Stretch::Still(_) => {}
         }
-        let still = match stable > STILL {
-            true => 1.0,
-            false => 0.0,
-        };
+        let still = if stable > STILL { 1.0 } else { 0.0 };
         self.still_share += (still - self.still_share) * coefficients.newest;
-        if self.still_share > HARDLY_ANY_MOTION {
+        let shows_nothing = self.stride.since_swing > SHOWS_NOTHING && since_rest > SHOWS_NOTHING;
+        if self.still_share > HARDLY_ANY_MOTION || shows_nothing {
             self.relax(coefficients, Relaxation::Shrink);
         }
         for (classes, _) in self.each(logarithms) {
@@ -506,10 +514,14 @@ mod tests {
         }
     }
 
+    /// Time since the foot rested, s: too long ago to teach, and not so long that it shows nothing.
+    const RESTED: f32 = 2.0;
+
     /// Feeds `seconds` of amplitudes with the logarithm `u` that are still with probability `stable`.
     fn feed(learner: &mut Learner, u: f32, stable: f32, seconds: f32) {
         for _ in 0..(seconds * RATE) as u32 {
-            learner.update(&coefficients(), &same(u), stable);
+            learner.stride(&coefficients(), &same(u), stable);
+            learner.update(&coefficients(), &same(u), stable, RESTED);
         }
     }
 
@@ -535,6 +547,29 @@ mod tests {
         assert!((learnt.acceleration.moving - 1.5).abs() < 0.2, "{learnt:?}");
         assert!(learnt.is_settled(), "{learnt:?}");
         assert!(!Learner::new(&coefficients(), None).is_settled());
+    }
+
+    #[test]
+    fn motion_without_the_usual_swing_teaches_nothing() {
+        let mut learner = walked(5, -2.0, 1.5);
+        feed(&mut learner, 0.5, 0.0, 2.0);
+        let before = learner.learnt(&coefficients());
+        for _ in 0..100 {
+            feed(&mut learner, 0.5, 0.0, 0.5);
+            feed(&mut learner, -0.5, 1.0, 0.2);
+        }
+        let after = learner.learnt(&coefficients());
+        assert_eq!(after.to_array()[..11], before.to_array()[..11]);
+    }
+
+    #[test]
+    fn motion_that_is_never_calm_teaches_nothing() {
+        let mut learner = walked(5, -2.0, 1.5);
+        feed(&mut learner, 1.5, 0.0, 5.0);
+        let before = learner.learnt(&coefficients());
+        feed(&mut learner, 1.5, 0.4, 100.0);
+        let after = learner.learnt(&coefficients());
+        assert_eq!(after.to_array()[..11], before.to_array()[..11]);
     }
 
     #[test]
@@ -564,7 +599,11 @@ mod tests {
         for still in [prior.still - 3.0, prior.still + 0.5] {
             let mut learner = walked(20, still, prior.moving);
             let before = learner.learnt(&coefficients).acceleration.still;
-            feed(&mut learner, prior.moving, 0.0, 600.0);
+            // Calm in each stride, but never still enough.
+            for _ in 0..600 {
+                feed(&mut learner, prior.moving, 0.0, 0.7);
+                feed(&mut learner, prior.moving - 2.5, 0.0, 0.3);
+            }
             let after = learner.learnt(&coefficients).acceleration.still;
             assert!(
                 (after - before.max(prior.still)).abs() < 0.01,
@@ -634,7 +673,8 @@ mod tests {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let u = (seed >> 8) as f32 / 1.0e6 - 8.0;
             let stable = (seed >> 9 & 0xff) as f32 / 255.0;
-            learner.update(&coefficients(), &same(u), stable);
+            learner.stride(&coefficients(), &same(u), stable);
+            learner.update(&coefficients(), &same(u), stable, 0.0);
         }
         let learnt = learner.learnt(&coefficients());
         assert_eq!(learnt.validate(), Ok(()), "{learnt:?}");

@@ -7,14 +7,19 @@
 //!
 //! What is learnt first counts most, and without quiet it is forgotten. A push that stays looks like
 //! a tilt, as it does to anyone who stands on a platform that speeds up: it is taken for an error
-//! after some tenths of a second, up to [`GravityErrorParams::limit`].
+//! after some tenths of a second, up to [`GravityErrorParams::limit`]. Along up it may be as large as the
+//! errors of accelerometers are before a rest has taught them: it is not what slides are made of.
 
 use super::params::GravityErrorParams;
 use crate::order::Order;
+use crate::root::sqrt;
 use crate::vector::Vec3;
 
 /// A sample teaches up to this many limits, squared.
 const TEACHES_UP_TO_SQUARED: f32 = 1.44;
+
+/// Largest error along up, m/s²: a tenth of gravity.
+const LIMIT_ALONG: f32 = 1.0;
 
 /// Whether the foot is quiet, as far as shaking goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +39,7 @@ pub(super) struct GravityError {
     memory: f32,
     /// Share that is forgotten with each sample without quiet.
     forget: f32,
-    /// Square of the largest error.
+    /// Square of the largest error across up.
     limit_squared: f32,
     /// Length of the quiet stretch so far and of its start, s; at most `memory`.
     weight: f32,
@@ -60,16 +65,23 @@ impl GravityError {
         self.value
     }
 
-    /// Learns from an acceleration in m/s² from which the error has been taken already.
+    /// Learns from an acceleration in m/s² from which the error has been taken already; `up` is a unit vector.
     #[inline]
-    pub fn update(&mut self, acceleration: Vec3, foot: Foot) {
-        let square = acceleration.dot(acceleration);
-        if foot == Foot::Quiet && square < TEACHES_UP_TO_SQUARED * self.limit_squared {
+    pub fn update(&mut self, acceleration: Vec3, up: Vec3, foot: Foot) {
+        let along = acceleration.dot(up);
+        let level_squared = acceleration.dot(acceleration) - along * along;
+        if foot == Foot::Quiet
+            && level_squared < TEACHES_UP_TO_SQUARED * self.limit_squared
+            && along * along < LIMIT_ALONG * LIMIT_ALONG
+        {
             self.weight = (self.weight + self.period).lesser(self.memory);
             self.value += acceleration * (self.period / self.weight);
-            let square = self.value.dot(self.value);
+            let along = self.value.dot(up);
+            let level = self.value + up * -along;
+            let square = level.dot(level);
             if square > self.limit_squared {
-                self.value = self.value * crate::root::sqrt(self.limit_squared / square);
+                let along = along.lesser(LIMIT_ALONG).greater(-LIMIT_ALONG);
+                self.value = up * along + level * sqrt(self.limit_squared / square);
             }
         } else {
             self.weight = self.start;
@@ -89,7 +101,7 @@ mod tests {
     fn feed(error: &mut GravityError, offset: f32, foot: Foot, ms: u32) {
         for _ in 0..ms {
             let left = Vec3::new(offset, 0.0, 0.0) - error.value();
-            error.update(left, foot);
+            error.update(left, Vec3::new(0.0, 0.0, 1.0), foot);
         }
     }
 

@@ -1,5 +1,11 @@
 //! The constants of self-calibration: one set for all feet, sensors and rates.
 
+mod evidence;
+mod slide;
+
+pub use evidence::EvidenceParams;
+pub use slide::SlideParams;
+
 use super::learnt::Classes;
 use crate::logarithm::ln;
 use crate::range::{ParamsError, in_range};
@@ -39,19 +45,6 @@ pub struct QuantityParams {
     /// Distance between stillness and motion, of the logarithm, at which the quantity has half of
     /// its say. 0.01 to 10.
     pub separation: f32,
-}
-
-/// What counts as a slide.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlideParams {
-    /// Least speed along the ground that counts, m/s. 1e-4 to 1.
-    pub speed: f32,
-    /// What a rate of the still class adds to it, m/s per rad/s: a lever. 0 to 10.
-    pub lever: f32,
-    /// How long speed is remembered, s. 1e-3 to 10.
-    pub time_constant: f32,
-    /// Largest speed that is remembered, as a multiple of the one that counts. 1 to 10.
-    pub limit: f32,
 }
 
 /// What gravity's removal leaves, and how it is followed.
@@ -105,6 +98,8 @@ pub struct StillnessParams {
     pub relaxation: f32,
     /// The slide test.
     pub slide: SlideParams,
+    /// What a foot must show.
+    pub evidence: EvidenceParams,
     /// What gravity's removal leaves.
     pub gravity_error: GravityErrorParams,
 }
@@ -158,6 +153,15 @@ macro_rules! checked {
             Err(error) => return Err(error),
         }
     };
+}
+
+/// Checks fields: name, value, least and largest.
+const fn all_in_range(mut fields: &[(&'static str, f32, f32, f32)]) -> Result<(), ParamsError> {
+    while let Some(((name, value, least, largest), rest)) = fields.split_first() {
+        checked!(in_range(name, *value, *least, *largest));
+        fields = rest;
+    }
+    Ok(())
 }
 
 impl QuantityParams {
@@ -223,7 +227,7 @@ impl StillnessParams {
             moving: 4.51,
             width: 0.715,
             edge: 4.13,
-            inflation: 2.23,
+            inflation: 1.15,
             bandwidth: 0.254,
             indifference: 0.00571,
             separation: 0.0571,
@@ -263,14 +267,42 @@ impl StillnessParams {
         motion: 1.67,
         relaxation: 2.0,
         slide: SlideParams {
-            speed: 0.0031,
-            lever: 0.35,
-            time_constant: 0.0456,
-            limit: 2.2,
+            speed: 0.00099,
+            spread: 2.65,
+            lever: 0.308,
+            rate: 0.0857,
+            largest_rate: 0.328,
+            turn_time_constant: 0.0373,
+            impact: 0.655,
+            time_constant: 0.047,
+            moving_time_constant: 0.0284,
+            limit: 3.45,
+            moving_limit: 1.9,
+            below: 0.0503,
+            usual: 0.00367,
+            quantile: 0.567,
+            gain: 2.43,
+            prior: 0.0546,
+            memory: 0.798,
+            learn_from: 0.0381,
+            learn_until: 0.137,
+        },
+        evidence: EvidenceParams {
+            rest: 0.169,
+            lasts: 1.38,
+            fading: 0.05,
+            widths: 1.0,
+            least_width: 0.2,
+            swing: 0.368,
+            first_swing: 3.0,
+            calm: 1.5,
+            calm_time_constant: 0.04,
+            stride: 2.0,
+            learns: 1.0,
         },
         gravity_error: GravityErrorParams {
             quiet: 0.9,
-            start: 0.14,
+            start: 0.22,
             memory: 1.71,
             forgetting: 20.0,
             limit: 0.321,
@@ -323,17 +355,8 @@ impl StillnessParams {
             0.1,
             1.0e3
         ));
-        let slide = &self.slide;
-        checked!(in_range("stillness.slide.speed", slide.speed, 1.0e-4, 1.0));
-        checked!(in_range("stillness.slide.lever", slide.lever, 0.0, 10.0));
-        let memory = slide.time_constant;
-        checked!(in_range(
-            "stillness.slide.time_constant",
-            memory,
-            1.0e-3,
-            10.0
-        ));
-        checked!(in_range("stillness.slide.limit", slide.limit, 1.0, 10.0));
+        checked!(self.slide.check());
+        checked!(self.evidence.check());
         let error = &self.gravity_error;
         checked!(in_range(
             "stillness.gravity_error.quiet",

@@ -6,7 +6,7 @@
 //! the whole, which is judged with every sample. What is said of the parts is that of the sample before
 //! at the newest.
 
-use super::classes::{Edge, PerQuantity, QuantityCoefficients};
+use super::quantity::{Edge, PerQuantity, QuantityCoefficients};
 use super::{heard, mass_of};
 use crate::axis::PerAxis;
 use crate::logarithm::exp;

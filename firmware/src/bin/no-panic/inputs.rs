@@ -2,7 +2,7 @@
 
 use core::cell::UnsafeCell;
 
-use estimator_core::stillness::{GravityErrorParams, QuantityParams, SlideParams};
+use estimator_core::stillness::{EvidenceParams, GravityErrorParams, QuantityParams, SlideParams};
 use estimator_core::{
     AngularRate, AttitudeParams, ContactEstimate, DecisionParams, Gravity, ImuSample, Learning,
     Learnt, LinearAcceleration, LoadParams, Method, MountingParams, Params, PerAxis, Phase,
@@ -102,9 +102,37 @@ fn any_stillness() -> StillnessParams {
         relaxation: any(),
         slide: SlideParams {
             speed: any(),
+            spread: any(),
             lever: any(),
+            rate: any(),
+            largest_rate: any(),
+            turn_time_constant: any(),
+            impact: any(),
             time_constant: any(),
+            moving_time_constant: any(),
             limit: any(),
+            moving_limit: any(),
+            below: any(),
+            usual: any(),
+            quantile: any(),
+            gain: any(),
+            prior: any(),
+            memory: any(),
+            learn_from: any(),
+            learn_until: any(),
+        },
+        evidence: EvidenceParams {
+            rest: any(),
+            lasts: any(),
+            fading: any(),
+            widths: any(),
+            least_width: any(),
+            swing: any(),
+            first_swing: any(),
+            calm: any(),
+            calm_time_constant: any(),
+            stride: any(),
+            learns: any(),
         },
         gravity_error: GravityErrorParams {
             quiet: any(),

@@ -1,0 +1,60 @@
+//! The constants of what a foot must show.
+
+use super::all_in_range;
+use crate::range::ParamsError;
+
+/// What a foot must show from time to time to be called stable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EvidenceParams {
+    /// Rest that is enough, s. 0.01 to 10.
+    pub rest: f32,
+    /// How long evidence lasts, s. 0.1 to 100.
+    pub lasts: f32,
+    /// Time constant with which the probability goes and comes, s. 1e-3 to 10.
+    pub fading: f32,
+    /// A sample rests within so many widths above the mean of stillness. 0 to 10.
+    pub widths: f32,
+    /// And within at least this, of the logarithm. 0 to 3.
+    pub least_width: f32,
+    /// A swing's acceleration is at most this below the mean of motion, of the logarithm. 0 to 10.
+    pub swing: f32,
+    /// The same until the classes have settled. 0 to 10.
+    pub first_swing: f32,
+    /// A stride has a mean acceleration at least this below the mean of motion, of the logarithm.
+    /// 0 to 10.
+    pub calm: f32,
+    /// Time constant of that mean, s. 1e-3 to 1.
+    pub calm_time_constant: f32,
+    /// A swing counts only this long after the foot was calm, s. 0.1 to 100.
+    pub stride: f32,
+    /// The classes learn only this long after a swing, s. 0.1 to 100.
+    pub learns: f32,
+}
+
+impl EvidenceParams {
+    pub(super) const fn check(&self) -> Result<(), ParamsError> {
+        all_in_range(&[
+            ("stillness.evidence.rest", self.rest, 0.01, 10.0),
+            ("stillness.evidence.lasts", self.lasts, 0.1, 100.0),
+            ("stillness.evidence.fading", self.fading, 1.0e-3, 10.0),
+            ("stillness.evidence.widths", self.widths, 0.0, 10.0),
+            ("stillness.evidence.least_width", self.least_width, 0.0, 3.0),
+            ("stillness.evidence.swing", self.swing, 0.0, 10.0),
+            (
+                "stillness.evidence.first_swing",
+                self.first_swing,
+                0.0,
+                10.0,
+            ),
+            ("stillness.evidence.calm", self.calm, 0.0, 10.0),
+            (
+                "stillness.evidence.calm_time_constant",
+                self.calm_time_constant,
+                1.0e-3,
+                1.0,
+            ),
+            ("stillness.evidence.stride", self.stride, 0.1, 100.0),
+            ("stillness.evidence.learns", self.learns, 0.1, 100.0),
+        ])
+    }
+}

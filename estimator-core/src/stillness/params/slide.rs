@@ -1,0 +1,89 @@
+//! The constants of the slide test.
+
+use super::all_in_range;
+use crate::range::ParamsError;
+
+/// What counts as a slide, and how the foot's own limit is learnt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlideParams {
+    /// Least speed along the ground that counts, m/s. 1e-4 to 1.
+    pub speed: f32,
+    /// Multiple of the usual speed that it adds up with. 0 to 100.
+    pub spread: f32,
+    /// What a rate beyond `rate` adds, m/s per rad/s: a lever. 0 to 10.
+    pub lever: f32,
+    /// A rate that does not roll the foot: noise and trembling, rad/s. 0 to 10.
+    pub rate: f32,
+    /// A rate rolls the foot by at most this beyond `rate`, rad/s. 0 to 10.
+    pub largest_rate: f32,
+    /// Time constant of the mean rate, s. 1e-4 to 1.
+    pub turn_time_constant: f32,
+    /// An acceleration counts up to this, m/s². 0.1 to 1000.
+    pub impact: f32,
+    /// How long speed is remembered, s. 1e-3 to 10.
+    pub time_constant: f32,
+    /// The same while the foot moves by the other quantities, s. 1e-3 to 10.
+    pub moving_time_constant: f32,
+    /// Largest speed that is remembered, as a multiple of the limit. 1 to 10.
+    pub limit: f32,
+    /// The same while the foot moves by the other quantities. 1 to 10.
+    pub moving_limit: f32,
+    /// Share of the doubt that grows with the square of the speed, and so begins below the limit; the
+    /// rest grows with its fourth power. 0 to 1.
+    pub below: f32,
+    /// Speed that is usual in a stance, before anything is learnt, m/s. 1e-4 to 0.2.
+    pub usual: f32,
+    /// Quantile of the speeds in stances that is the usual one. 0 to 1.
+    pub quantile: f32,
+    /// Size of the steps in which it is learnt, as a factor. 0 to 10.
+    pub gain: f32,
+    /// Weight of the usual speed before anything is learnt, s of stance. 1e-3 to 100.
+    pub prior: f32,
+    /// Memory of the usual speed, s of stance. 0.01 to 1000.
+    pub memory: f32,
+    /// Of each stance, it is learnt from this time on, s. 0 to 10.
+    pub learn_from: f32,
+    /// Of each stance, it is learnt up to this time, s. 0.01 to 100.
+    pub learn_until: f32,
+}
+
+impl SlideParams {
+    pub(super) const fn check(&self) -> Result<(), ParamsError> {
+        all_in_range(&[
+            ("stillness.slide.speed", self.speed, 1.0e-4, 1.0),
+            ("stillness.slide.spread", self.spread, 0.0, 100.0),
+            ("stillness.slide.lever", self.lever, 0.0, 10.0),
+            ("stillness.slide.rate", self.rate, 0.0, 10.0),
+            ("stillness.slide.largest_rate", self.largest_rate, 0.0, 10.0),
+            (
+                "stillness.slide.turn_time_constant",
+                self.turn_time_constant,
+                1.0e-4,
+                1.0,
+            ),
+            ("stillness.slide.impact", self.impact, 0.1, 1.0e3),
+            (
+                "stillness.slide.time_constant",
+                self.time_constant,
+                1.0e-3,
+                10.0,
+            ),
+            (
+                "stillness.slide.moving_time_constant",
+                self.moving_time_constant,
+                1.0e-3,
+                10.0,
+            ),
+            ("stillness.slide.limit", self.limit, 1.0, 10.0),
+            ("stillness.slide.moving_limit", self.moving_limit, 1.0, 10.0),
+            ("stillness.slide.below", self.below, 0.0, 1.0),
+            ("stillness.slide.usual", self.usual, 1.0e-4, 0.2),
+            ("stillness.slide.quantile", self.quantile, 0.0, 1.0),
+            ("stillness.slide.gain", self.gain, 0.0, 10.0),
+            ("stillness.slide.prior", self.prior, 1.0e-3, 100.0),
+            ("stillness.slide.memory", self.memory, 0.01, 1.0e3),
+            ("stillness.slide.learn_from", self.learn_from, 0.0, 10.0),
+            ("stillness.slide.learn_until", self.learn_until, 0.01, 100.0),
+        ])
+    }
+}

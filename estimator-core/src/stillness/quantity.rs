@@ -1,0 +1,61 @@
+//! What there is of each of the three quantities.
+
+use super::learnt::Classes;
+use super::params::QuantityParams;
+
+/// Where stillness ends for one quantity, and how sharply.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Edge {
+    /// Logarithm of the amplitude.
+    pub at: f32,
+    /// 1/(h√2) for the kernel's bandwidth h.
+    pub inverse_scale: f32,
+    /// Share of the probability that the quantity cannot take away.
+    pub floor: f32,
+}
+
+/// A value for each quantity.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct PerQuantity<T> {
+    pub acceleration: T,
+    pub rate: T,
+    pub velocity: T,
+}
+
+impl<T: Copy> PerQuantity<T> {
+    pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> PerQuantity<U> {
+        PerQuantity {
+            acceleration: f(self.acceleration),
+            rate: f(self.rate),
+            velocity: f(self.velocity),
+        }
+    }
+}
+
+/// What a quantity's constants come to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct QuantityCoefficients {
+    pub floor: f32,
+    pub floor_squared: f32,
+    pub prior: Classes,
+    pub edge: f32,
+    pub inflation: f32,
+    pub bandwidth: f32,
+    pub indifference: f32,
+    pub inverse_separation: f32,
+}
+
+impl QuantityCoefficients {
+    pub fn new(params: &QuantityParams, prior: Classes) -> Self {
+        Self {
+            floor: params.floor,
+            floor_squared: params.floor * params.floor,
+            prior,
+            edge: params.edge,
+            inflation: params.inflation,
+            bandwidth: params.bandwidth,
+            indifference: params.indifference,
+            inverse_separation: 1.0 / params.separation,
+        }
+    }
+}
