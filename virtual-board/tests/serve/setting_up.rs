@@ -139,9 +139,10 @@ fn the_clock_of_a_foot_that_was_switched_on_later_is_behind() {
         let compared: Json = serde_json::from_str(&compared).expect("JSON");
         assert_eq!(compared["reference"], "L");
         let number = |name: &str| compared["feet"][0][name].as_f64().expect("a number");
-        // Their crystals are the same.
+        // Their crystals are the same. The error is two standard deviations, which one comparison in twenty
+        // exceeds.
         assert!(
-            number("drift_ppm").abs() <= number("drift_error_ppm"),
+            number("drift_ppm").abs() <= 2.0 * number("drift_error_ppm"),
             "{compared}"
         );
         number("offset_us")
