@@ -31,9 +31,6 @@ pub enum Error {
     /// Names of feet contradict each other.
     #[error(transparent)]
     Names(#[from] NamedTwice),
-    /// The recordings with labels cannot be scored.
-    #[error(transparent)]
-    Scoring(#[from] scoring::Error),
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),

@@ -12,7 +12,7 @@
 //! | the estimator runs over it, sample by sample | [`analysis::replay`], drawn by [`replay`] |
 //! | or learns a foot in advance, or finds what is wrong with the sensor | [`analysis::calibrate`] |
 //! | or becomes a file of another format | [`convert`] |
-//! | how good that was | [`scoring`]; as a report [`attitude`], as tables and pictures [`evaluate`] |
+//! | how good that was | [`scoring`]; as a report [`attitude`] |
 //! | what the foot sends of it, and back again | [`walking_foot`], [`mod@decode`] |
 //! | feet that stream, from a source that is read by a thread | [`monitor`], [`mod@live`], [`mod@ros`]; as messages [`stream`], for viewers [`view`] |
 //! | the table, the picture, the summary | [`recordings::output`], [`plot`], [`analysis::summary`], put together by [`report`] |
@@ -25,7 +25,6 @@ pub mod attitude;
 pub mod commands;
 pub mod convert;
 pub mod error;
-pub mod evaluate;
 pub mod feature;
 pub mod files;
 pub mod interruption;

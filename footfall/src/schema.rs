@@ -23,7 +23,6 @@ use crate::commands::foot::{FootChanges, FootInfo, FootScan, FootValues};
 use crate::feature::Feature;
 use crate::feature::NotBuilt;
 use crate::monitor::lines::{EventLine, FootLine};
-use scoring::Evaluation;
 
 /// The kinds of objects that are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -40,8 +39,6 @@ pub enum Kind {
     Decode,
     /// Of `footfall attitude --json`
     Attitude,
-    /// Of `footfall evaluate --json`
-    Evaluate,
     /// Of the lines of `footfall monitor --json` that show a foot
     Monitor,
     /// Of the lines of `footfall monitor --json` that show an event
@@ -58,14 +55,13 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 12] = [
         Self::Replay,
         Self::Batch,
         Self::Calibrate,
         Self::CalibrateRests,
         Self::Decode,
         Self::Attitude,
-        Self::Evaluate,
         Self::Monitor,
         Self::MonitorEvent,
         Self::FootScan,
@@ -84,7 +80,6 @@ impl Kind {
             Self::CalibrateRests => "calibrate-rests",
             Self::Decode => "decode",
             Self::Attitude => "attitude",
-            Self::Evaluate => "evaluate",
             Self::Monitor => "monitor",
             Self::MonitorEvent => "monitor-event",
             Self::FootScan => "foot-scan",
@@ -104,7 +99,6 @@ impl Kind {
             Self::CalibrateRests => "urn:footfall:calibrate-rests:1",
             Self::Decode => "urn:footfall:decode:1",
             Self::Attitude => "urn:footfall:attitude:1",
-            Self::Evaluate => "urn:footfall:evaluate:1",
             Self::Monitor => "urn:footfall:monitor:1",
             Self::MonitorEvent => "urn:footfall:monitor-event:1",
             Self::FootScan => "urn:footfall:foot-scan:1",
@@ -131,7 +125,6 @@ impl Kind {
             Self::CalibrateRests => self.schema::<Document<'_, WithInputs<SensorCalibration>>>(),
             Self::Decode => self.schema::<Document<'_, decode::Report>>(),
             Self::Attitude => self.schema::<Document<'_, AttitudeReport>>(),
-            Self::Evaluate => self.schema::<Document<'_, Evaluation>>(),
             Self::Monitor => self.schema::<Line<'_, FootLine<'_>>>(),
             Self::MonitorEvent => self.schema::<Line<'_, EventLine<'_>>>(),
             Self::FootScan => self.schema::<FootScan>(),
@@ -188,10 +181,6 @@ impl Described for decode::Report {
 
 impl Described for AttitudeReport {
     const KIND: Kind = Kind::Attitude;
-}
-
-impl Described for Evaluation {
-    const KIND: Kind = Kind::Evaluate;
 }
 
 impl Described for FootLine<'_> {

@@ -4,7 +4,7 @@ mod common;
 
 use std::fs;
 
-use common::{AXES, Bench, read, standing};
+use common::{Bench, read, standing};
 use gait::{Plan, SensorParams, simulate};
 use recordings::output::write_recording;
 
@@ -139,7 +139,11 @@ fn a_page_is_one_file_of_all_feet() {
 #[test]
 fn a_png_is_a_picture_of_each_foot() {
     let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0\n", f64::from(k) * 1e-3);
-    let table = format!("t,{AXES}\n{}", (0..1000).map(row).collect::<String>());
+    let table = format!(
+        "t,{}\n{}",
+        common::AXES,
+        (0..1000).map(row).collect::<String>()
+    );
     let bench = Bench::with("RL.csv", &table);
     fs::write(bench.path("RR.csv"), &table).expect("a file");
     bench.stdout("replay RL.csv RR.csv --plot out.png");

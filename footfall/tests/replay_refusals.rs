@@ -375,9 +375,9 @@ fn two_results_never_go_into_one_file() {
         bench.error("replay x.csv --output - --json"),
         "footfall: standard output takes one result: a table or picture (-), or --json\n"
     );
-    for same in ["a.svg", "./a.svg"] {
+    for same in ["a.csv", "./a.csv"] {
         assert_eq!(
-            bench.error(&format!("evaluate --histogram a.svg --reliability {same}")),
+            bench.error(&format!("replay x.csv --output a.csv --events {same}")),
             format!("footfall: {same} cannot be written: it is named for two results\n")
         );
     }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use common::feet::{csv, lying};
-use common::{AXES, Bench, labelled, standing, unmet};
+use common::{AXES, Bench, standing, unmet};
 use footfall::schema::Kind;
 use gait::GaitName;
 use serde_json::Value;
@@ -203,8 +203,6 @@ fn every_object_is_as_its_schema_says() {
     }
     let kinds = [Kind::Monitor, Kind::MonitorEvent];
     assert!(kinds.map(|kind| objects.has(kind)) == [true, true]);
-    let evaluation = labelled::bench().stdout("evaluate --datasets data --json");
-    objects.add(Kind::Evaluate, &evaluation);
     if let Err(missing) = objects.check() {
         unmet(&missing);
     }

@@ -5,7 +5,6 @@
 pub mod changed;
 pub mod committed;
 pub mod datasets;
-pub mod labelled;
 pub mod oracle;
 pub mod qemu;
 pub mod requirements;

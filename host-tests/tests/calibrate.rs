@@ -1,6 +1,8 @@
 //! A warm start and sensor errors from recordings, against what is known: the estimator that learns
 //! by itself, labels that it never sees, and the sensor that was simulated.
 
+mod labelled;
+
 use std::ops::Range;
 
 use analysis::calibrate::CalibrationError;
@@ -12,7 +14,7 @@ use estimator_core::stillness::SETTLED_AFTER;
 use estimator_core::{ContactEstimator, Gravity, Learnt, Params, Vec3};
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, record, simulate};
-use host_tests::labelled::{averaged, rmse};
+use labelled::{averaged, rmse};
 use recordings::recording::Recording;
 use recordings::space::Vector;
 

@@ -1,18 +1,20 @@
 //! Why the default preset is as it is: what each part of it earns, and how much hangs on each number.
 //!
-//! Scores are the RMSE of P on the labelled sets of `footfall evaluate`, cold, with nothing set; and
+//! Scores are the RMSE of P on the labelled sets of `evaluate`, cold, with nothing set; and
 //! what simulated slips show. `docs/choosing.md` holds the tables. A change of any result shows.
+
+mod labelled;
 
 use estimator_core::stillness::{QuantityParams, StillnessParams};
 use estimator_core::{Learning, Params};
+use evaluate::sets::Set;
 use gait::Simulation;
 use gait::slips::profiles;
 use host_tests::changed::stood;
 use host_tests::committed::assert_block;
-use host_tests::labelled::{averaged, rmse_by_set};
 use host_tests::slips::Score;
+use labelled::{averaged, rmse_by_set};
 use recordings::recording::Recording;
-use scoring::sets::Set;
 
 const DOCUMENT: &str = "docs/choosing.md";
 

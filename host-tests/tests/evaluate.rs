@@ -1,19 +1,19 @@
-//! `footfall evaluate` on the real recordings: what is known of each method, what the texts say
+//! `evaluate` on the real recordings: what is known of each method, what the texts say
 //! about it, and the tables and pictures that are committed.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use footfall::evaluate::{brief_table, full_tables, histogram, reliability, table::Style};
+use evaluate::evaluation::Evaluation;
+use evaluate::method::{Causality, Method};
+use evaluate::peers::Detector;
+use evaluate::report::{brief_table, full_tables, histogram, reliability, table::Style};
+use evaluate::score::Scores;
+use evaluate::sets::{Pool, Set, files};
+use evaluate::teaching::Teachers;
 use host_tests::committed::{assert_block, assert_current, workspace};
 use host_tests::datasets::recorded;
-use scoring::evaluation::Evaluation;
-use scoring::method::{Causality, Method};
-use scoring::peers::Detector;
 use scoring::reliability::{bins, calibration_error};
-use scoring::score::Scores;
-use scoring::sets::{Pool, Set, files};
-use scoring::teaching::Teachers;
 
 const ATLAS: [Set; 3] = [Set::Ground, Set::ThreeSteps, Set::Slip];
 

@@ -1,14 +1,16 @@
 //! Events of simulated walks against what really happened.
 
+mod labelled;
+
 use estimator_core::Timestamp;
+use evaluate::sets::Set;
 use firmware::imu::default_params;
 use gait::slips::{SENSOR, profiles};
 use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simulate};
-use host_tests::labelled::of_sets;
+use labelled::of_sets;
 use recordings::events::{Event, Events, Kind};
 use recordings::recording::{Label, Recording};
 use recordings::replay::Replay;
-use scoring::sets::Set;
 
 /// From rest under load to the decision, s: window and on-delay.
 const DEBOUNCE: f64 = 0.06;

@@ -1,16 +1,18 @@
 //! The authors' recordings of a real GO1, gravity and all: does the filter keep upright on a
 //! foot, and does the probability tell grease from ground?
 
+mod labelled;
+
 use estimator_core::{ContactEstimate, Load, Params};
+use evaluate::sets::Set;
 use host_tests::changed::stood;
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
-use host_tests::labelled::of_sets;
+use labelled::of_sets;
 use recordings::input::{self, Format, Hints};
 use recordings::plausible::{Finding, check};
 use recordings::recording::{RecordedSample, Recording};
 use recordings::replay::replay;
-use scoring::sets::Set;
 
 /// Shorter contacts are bounces, s.
 const SHORTEST_STANCE: f64 = 0.25;

@@ -1,12 +1,12 @@
-//! `footfall evaluate --odometry` on the walks of a shoe with optical truth.
+//! `evaluate --odometry` on the walks of a shoe with optical truth.
 
 use std::sync::OnceLock;
 
-use footfall::evaluate::{odometry_tables, table::Style};
+use evaluate::Odometry;
+use evaluate::odometry::{Detector, OfDetector};
+use evaluate::report::{odometry_tables, table::Style};
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
-use scoring::Odometry;
-use scoring::odometry::{Detector, OfDetector};
 
 /// Evaluated once for all tests; `None` where a recording is absent.
 fn odometry() -> Option<&'static Odometry> {

@@ -4,13 +4,15 @@
 //! factors on each of the four constants that the mean depends on most (`docs/choosing.md`, sensitivity), without
 //! those of the slide test. All other constants are the default's, which were chosen with every rate in view.
 
+mod labelled;
+
 use std::collections::BTreeMap;
 
 use estimator_core::{Params, StillnessParams};
+use evaluate::labelled::Labelled;
+use evaluate::sets::Set;
 use host_tests::committed::assert_block;
-use host_tests::labelled::{of_sets, rmse};
-use scoring::labelled::Labelled;
-use scoring::sets::Set;
+use labelled::{of_sets, rmse};
 
 /// A constant by its name, and where it is.
 type Constant = (&'static str, fn(&mut StillnessParams) -> &mut f32);

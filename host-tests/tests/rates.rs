@@ -5,16 +5,18 @@
 //! below 300 Hz the slide counts less and less. Tests that fail are kept with what they show, and run with
 //! `--ignored`; `docs/evaluation.md` has the figures at each rate.
 
+mod labelled;
+
 use estimator_core::{AngularRate, Gravity, Params, SpecificForce};
-use host_tests::labelled::of_sets;
+use evaluate::labelled::Labelled;
+use evaluate::rates::{SampleRate, at_rate};
+use evaluate::score::Scores;
+use evaluate::sets::{Pool, Set};
+use labelled::of_sets;
 use recordings::recording::Recording;
 use recordings::replay::replay;
-use scoring::labelled::Labelled;
 use scoring::metrics::brier_score;
-use scoring::rates::{SampleRate, at_rate};
-use scoring::score::Scores;
 use scoring::scored::Scored;
-use scoring::sets::{Pool, Set};
 
 /// Limit of the change of a set's RMSE between rates from 390 to 1660 Hz.
 const AMONG_HIGH_RATES: f64 = 0.02;

@@ -1,14 +1,16 @@
 //! What real installations do to samples: the default preset on the walk of `footfall demo`, and a
 //! foot that has stood for long before it walks. Limits are on the RMSE of P against the labels.
 
+mod labelled;
+
 use estimator_core::{Params, Vec3};
+use evaluate::sets::Set;
 use gait::{Plan, SensorParams, record};
 use host_tests::changed::{
     jittering, losing_bursts, losing_single, stood, with_force_bias, with_rate_bias,
 };
-use host_tests::labelled::{averaged, rmse};
+use labelled::{averaged, rmse};
 use recordings::recording::Recording;
-use scoring::sets::Set;
 
 const SEED: u64 = 1;
 

@@ -1,12 +1,14 @@
 //! The paper's recording of a real TALOS: P while the foot is loaded, and while it is not.
 
+mod labelled;
+
 use estimator_core::{Load, Params};
+use evaluate::resample::resample;
+use evaluate::sets::Set;
 use host_tests::committed::assert_block;
-use host_tests::labelled::of_sets;
+use labelled::of_sets;
 use recordings::recording::Recording;
 use recordings::replay::replay;
-use scoring::resample::resample;
-use scoring::sets::Set;
 
 /// The foot bears the robot above this force, N.
 const LOADED: f32 = 850.0;

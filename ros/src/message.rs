@@ -1,10 +1,10 @@
 //! Messages of ROS 2, field by field in the order of their definitions, and their bytes: CDR, little-endian.
 
-use byteorder::LittleEndian;
 use estimator_core::Timestamp;
 use serde::Serialize;
 
 /// What stands before the bytes of a message: CDR, little-endian, no options.
+#[cfg(feature = "cdr")]
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// `builtin_interfaces/msg/Time`: since 1970.
@@ -240,19 +240,20 @@ pub enum Message {
     Pronto(QuadrupedStance),
 }
 
+#[cfg(feature = "cdr")]
 impl Message {
     /// Its bytes, with what stands before them.
     #[must_use]
     pub fn cdr(&self) -> Vec<u8> {
         let mut bytes = ENCAPSULATION.to_vec();
         // These messages hold nothing that CDR has no form for; a test writes each.
-        let encoded = cdr_encoding::to_vec::<_, LittleEndian>(self);
+        let encoded = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(self);
         bytes.extend(encoded.unwrap_or_default());
         bytes
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "cdr"))]
 mod tests {
     use super::*;
 

@@ -11,7 +11,6 @@
 //! | `record` | [`record`] |
 //! | `view` | [`view`] |
 //! | `ros2` | `ros2` |
-//! | `evaluate` | [`evaluate`] |
 //! | `attitude` | [`attitude`] |
 //! | `calibrate` | [`calibrate`] |
 //! | `config` | [`config`] |
@@ -35,7 +34,6 @@ pub mod config;
 pub mod convert;
 pub mod decode;
 pub mod demo;
-pub mod evaluate;
 pub mod explain;
 pub mod feet;
 pub mod foot;
@@ -66,7 +64,6 @@ use calibrate::CalibrateArguments;
 use config::ConfigArguments;
 use convert::ConvertArguments;
 use demo::DemoArguments;
-use evaluate::EvaluateArguments;
 use explain::ExplainArguments;
 use foot::FootArguments;
 use headings::{
@@ -134,10 +131,6 @@ pub enum Command {
     View(ViewArguments),
     /// Publish feet that stream as a node of ROS 2, without ROS: contacts, IMU, diagnostics
     Ros2(Ros2Arguments),
-    /// Score this estimator and the methods of others on all recordings that have labels, and on
-    /// simulated walks
-    #[command(after_help = scoring::sets::needed())]
-    Evaluate(EvaluateArguments),
     /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
     Attitude(AttitudeArguments),
     /// Let the estimator learn a foot from recordings, for a warm start; or with --rests find what is
@@ -185,7 +178,6 @@ impl Arguments {
             Command::Record(arguments) => arguments.run(),
             Command::View(arguments) => arguments.run(),
             Command::Ros2(arguments) => arguments.run(),
-            Command::Evaluate(arguments) => arguments.run(),
             Command::Attitude(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(),
             Command::Config(arguments) => arguments.run(),

@@ -15,14 +15,11 @@
 //!
 //! `png` makes pixels of the SVG; [`page`] shows the same of several feet, to zoom into.
 
-mod axes;
 mod decimate;
 pub mod distribution;
-pub mod histogram;
 pub mod page;
 #[cfg(feature = "png")]
 pub mod png;
-pub mod reliability;
 mod series;
 
 use std::io;
@@ -43,7 +40,8 @@ pub use series::Collector;
 
 /// Width of the picture in its own units; a viewer may scale it.
 const WIDTH: u32 = 1600;
-const TITLE_HEIGHT: u32 = 56;
+/// Height of the line with the title.
+pub const TITLE_HEIGHT: u32 = 56;
 /// One row of the legend: lines in the first, labels and states in the second.
 const LEGEND_HEIGHT: u32 = 40;
 const PANEL_HEIGHT: u32 = 210;
@@ -51,21 +49,28 @@ const PANEL_HEIGHT: u32 = 210;
 const TIME_AXIS_HEIGHT: u32 = 66;
 const BOTTOM_MARGIN: u32 = 12;
 const LEFT_MARGIN: u32 = 16;
-const VALUE_AXIS_WIDTH: u32 = 104;
+/// Width of the numbers and the title of a vertical axis.
+pub const VALUE_AXIS_WIDTH: u32 = 104;
 const RIGHT_MARGIN: u32 = 40;
 /// Between panels, half above and half below.
 const PANEL_GAP: u32 = 18;
 
 /// Named by family only: the viewer of the picture picks the font.
 const FONT: &str = "sans-serif";
-const TITLE_SIZE: u32 = 32;
-const TEXT_SIZE: u32 = 24;
-const NUMBER_SIZE: u32 = 22;
+/// Size of a title.
+pub const TITLE_SIZE: u32 = 32;
+/// Size of the titles of axes and of legends.
+pub const TEXT_SIZE: u32 = 24;
+/// Size of the numbers of axes.
+pub const NUMBER_SIZE: u32 = 22;
 
 const LOAD_COLOUR: RGBColor = RGBColor(64, 64, 64);
-const TANGENTIAL_COLOUR: RGBColor = RGBColor(0, 114, 178);
-const VERTICAL_COLOUR: RGBColor = RGBColor(213, 94, 0);
-const TOTAL_COLOUR: RGBColor = RGBColor(0, 158, 115);
+/// Colour of the first of several lines: the tangential probability.
+pub const TANGENTIAL_COLOUR: RGBColor = RGBColor(0, 114, 178);
+/// Colour of the second: the vertical probability.
+pub const VERTICAL_COLOUR: RGBColor = RGBColor(213, 94, 0);
+/// Colour of the third: the probability.
+pub const TOTAL_COLOUR: RGBColor = RGBColor(0, 158, 115);
 const LABEL_COLOUR: RGBColor = BLACK;
 const SWING_SHADE: RGBColor = RGBColor(230, 230, 230);
 const QUIET_SWING_SHADE: RGBColor = RGBColor(196, 220, 238);
@@ -75,12 +80,14 @@ const UNKNOWN_SHADE: RGBColor = RGBColor(252, 243, 190);
 const SHADE_COLUMN: u32 = 3;
 /// Where the labels are, over the total probability, as values on its axis.
 const TRACK: Range<f64> = 1.1..1.22;
-const GRID_COLOUR: RGBColor = RGBColor(205, 205, 205);
+/// Colour of a grid.
+pub const GRID_COLOUR: RGBColor = RGBColor(205, 205, 205);
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// A part of a picture.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// What the drawing library says of a drawing.
-type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
+/// Result of drawing.
+pub type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 /// The figure of one recording, which is drawn when all samples are in it.
 pub struct Figure {
@@ -248,7 +255,9 @@ const fn plot_middle() -> i32 {
     plot_left() + plot_width() as i32 / 2
 }
 
-fn text_style(size: u32) -> TextStyle<'static> {
+/// Text of a size, from a size constant of this module.
+#[must_use]
+pub fn text_style(size: u32) -> TextStyle<'static> {
     (FONT, size).into_font().color(&BLACK)
 }
 
@@ -402,7 +411,8 @@ fn draw_panel(
 }
 
 /// A number on an axis, without the decimals it does not need.
-fn tick(value: &f64) -> String {
+#[must_use]
+pub fn tick(value: &f64) -> String {
     // Ticks are multiples of some power of ten, but for rounding.
     let rounded = (value * 1.0e6).round() / 1.0e6;
     // Not "-0".

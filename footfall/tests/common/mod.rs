@@ -2,7 +2,6 @@
 #![allow(dead_code)] // Each test file uses its share.
 
 pub mod feet;
-pub mod labelled;
 
 use std::env;
 use std::fs;

@@ -23,16 +23,15 @@ pub mod shoe;
 
 use estimator_core::Params;
 use recordings::recording::Label;
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::labelled::Labelled;
-use crate::scored::Scored;
 use crate::window::PAPER_WINDOW;
+use scoring::scored::Scored;
 use shoe::Noise;
 
 /// A detector whose threshold is tuned on labels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Detector {
     /// See [`shoe`].

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use scoring::Odometry;
-use scoring::odometry::calibration::SMALL;
-use scoring::odometry::{Calibration, OfDetector, SplitHalf};
+use crate::Odometry;
+use crate::odometry::calibration::SMALL;
+use crate::odometry::{Calibration, OfDetector, SplitHalf};
 
 use super::table::{Style, Table, none, write_title, written};
 

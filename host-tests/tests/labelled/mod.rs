@@ -1,14 +1,15 @@
 //! The labelled sets that the mean over sets is taken of, and what parameters score on them.
+#![allow(dead_code)] // Each test file uses its share.
 
 use estimator_core::Params;
+use evaluate::labelled::Labelled;
+use evaluate::sets::{Set, files};
 use recordings::recording::Recording;
 use recordings::replay::replay;
-use scoring::labelled::Labelled;
 use scoring::metrics::brier_score;
 use scoring::scored::Scored;
-use scoring::sets::{Set, files};
 
-use crate::datasets::recorded;
+use host_tests::datasets::recorded;
 
 /// The recordings of [`Set::AVERAGED`] with their sets, in their order; `None` where one is absent.
 ///

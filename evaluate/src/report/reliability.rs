@@ -6,9 +6,10 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use scoring::reliability::Bin;
 
-use super::{
+use super::axes;
+use footfall::plot::{
     Area, Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, TOTAL_COLOUR,
-    VALUE_AXIS_WIDTH, VERTICAL_COLOUR, axes, text_style,
+    VALUE_AXIS_WIDTH, VERTICAL_COLOUR, text_style,
 };
 
 const WIDTH: u32 = 1600;

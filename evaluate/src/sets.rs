@@ -4,7 +4,6 @@
 //! so that a constant found on one of them says little about how it does elsewhere: a fair one comes
 //! from another family ([`teaching`](crate::teaching)).
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use gait::plan::DEMO_SEED;
@@ -29,7 +28,7 @@ const SLIPS_STEP: usize = 31;
 const SLIPS_SEED: u64 = 3000;
 
 /// Sets that share their robots, sensors or labels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Family {
     /// The simulated robot of the method's authors; labels come from the friction cone.
@@ -59,7 +58,7 @@ impl Family {
 }
 
 /// Recordings that are scored as one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Set {
     /// ATLAS on a floor with grip.
@@ -220,7 +219,7 @@ impl Set {
 }
 
 /// Sets whose samples are also scored together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pool {
     /// The three sets of ATLAS at 1 kHz, on which the paper reports.

@@ -4,19 +4,18 @@ use std::collections::BTreeMap;
 
 use estimator_core::{ContactEstimate, Gravity, Learning, Params, ParamsError, WindowLength};
 use recordings::replay::{replay, replay_and_learn};
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::labelled::Labelled;
 use crate::peers::{Detector, answers, grf, published, threshold};
 use crate::score::Answers;
-use crate::scored::Scored;
 use crate::teaching::{self, Teachers};
 use crate::window::PAPER_WINDOW;
 use crate::{authors, fuzzy, left_out};
+use scoring::scored::Scored;
 
 /// A method that is compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// This estimator, default preset.
@@ -50,7 +49,7 @@ pub enum Method {
 }
 
 /// Whether a method sees the future.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Causality {
     /// A robot can run it.
@@ -60,7 +59,7 @@ pub enum Causality {
 }
 
 /// What a method knew of a recording before it was scored on it, for tables.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Knowledge {
     /// What was learnt from other labels or without any, and from which recordings.
     pub learnt: String,

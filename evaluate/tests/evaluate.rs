@@ -1,13 +1,12 @@
-//! `footfall evaluate` from outside, on recordings made up for it.
+//! `evaluate` from outside, on recordings made up for it.
 
-mod common;
+mod bench;
 
 use std::fs;
 
-use common::labelled::bench;
-use common::{Bench, read};
-use scoring::method::Method;
-use scoring::sets::{Set, files};
+use bench::Bench;
+use evaluate::method::Method;
+use evaluate::sets::{Set, files};
 use serde_json::Value;
 
 fn array<'a>(value: &'a Value, name: &str) -> &'a Vec<Value> {
@@ -16,7 +15,7 @@ fn array<'a>(value: &'a Value, name: &str) -> &'a Vec<Value> {
 
 #[test]
 fn every_method_is_scored_on_every_set_that_has_what_it_needs() {
-    let json = bench().stdout("evaluate --datasets data --json");
+    let json = Bench::with_recordings().stdout("--datasets data --json");
     let evaluation: Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(array(&evaluation, "sets").len(), Set::ALL.len());
     let methods = array(&evaluation, "methods");
@@ -56,8 +55,8 @@ fn every_method_is_scored_on_every_set_that_has_what_it_needs() {
 
 #[test]
 fn tables_are_for_a_terminal_or_in_markdown() {
-    let bench = bench();
-    let text = bench.stdout("evaluate --datasets data");
+    let bench = Bench::with_recordings();
+    let text = bench.stdout("--datasets data");
     assert!(
         text.starts_with("== Means over seven sets\nmethod "),
         "{text}"
@@ -66,7 +65,7 @@ fn tables_are_for_a_terminal_or_in_markdown() {
         text.contains("\n== NAO: NAO_05ground\n600 samples at 100 Hz, 50.0 % of them stable.\n")
     );
     assert!(text.contains("\n== shoe: 12 recordings\n14400 samples at 200 Hz, "));
-    let markdown = bench.stdout("evaluate --datasets data --markdown");
+    let markdown = bench.stdout("--datasets data --markdown");
     assert!(
         markdown.contains("\n| SHOE / GLRT, as published | "),
         "{markdown}"
@@ -79,10 +78,10 @@ fn tables_are_for_a_terminal_or_in_markdown() {
 
 #[test]
 fn both_pictures_are_drawn() {
-    let bench = bench();
-    bench.stdout("evaluate --datasets data --histogram errors.svg --reliability means.svg");
-    assert!(read(&bench.path("errors.svg")).contains("|P − label|"));
-    assert!(read(&bench.path("means.svg")).contains("share that is stable"));
+    let bench = Bench::with_recordings();
+    bench.stdout("--datasets data --histogram errors.svg --reliability means.svg");
+    assert!(bench.read("errors.svg").contains("|P − label|"));
+    assert!(bench.read("means.svg").contains("share that is stable"));
 }
 
 #[test]
@@ -102,14 +101,14 @@ fn a_picture_that_cannot_be_written_is_found_before_anything_is_computed() {
             "./a.svg cannot be written: it is named for two results",
         ),
     ] {
-        let error = bench.error(&format!("evaluate {arguments}"));
+        let error = bench.error(arguments);
         assert_eq!(error, format!("footfall: {why}\n"));
     }
 }
 
 #[test]
 fn the_help_names_every_recording_that_is_wanted_and_where_it_is_from() {
-    let help = Bench::new().stdout("evaluate --help");
+    let help = Bench::new().stdout("--help");
     for file in files() {
         let (before, _) = help.split_once(file.path).expect(file.path);
         let origin = before.lines().rfind(|line| line.starts_with("  from "));
@@ -119,7 +118,7 @@ fn the_help_names_every_recording_that_is_wanted_and_where_it_is_from() {
 
 #[test]
 fn a_recording_that_is_absent_is_named_with_where_to_get_it() {
-    let bench = bench();
+    let bench = Bench::with_recordings();
     for (file, origin) in [
         (
             "robots/nao_gem/2_r.csv",
@@ -133,7 +132,7 @@ fn a_recording_that_is_absent_is_named_with_where_to_get_it() {
     ] {
         fs::remove_file(bench.path("data").join(file)).expect("it is there");
         assert_eq!(
-            bench.error("evaluate --datasets data"),
+            bench.error("--datasets data"),
             format!(
                 "footfall: data/{file} is not there; --datasets names the folder above it, the \
                  file is from {origin}\n"

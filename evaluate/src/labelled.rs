@@ -8,10 +8,10 @@ use recordings::input::{self, Format, Hints};
 use recordings::recording::{Label, Recording};
 
 use crate::error::Error;
-use crate::scored::Scored;
 use crate::sets::{File, Layout, Set, Source};
 use crate::window::Reading;
 use gait;
+use scoring::scored::Scored;
 
 /// The share of samples that lie below the robot's weight: in single support, when a foot bears
 /// all of it, the load passes the weight at every bounce. Read off the load, with no label.

@@ -1,8 +1,8 @@
 //! The default preset at several sample rates, as tables.
 
-use scoring::evaluation::Evaluation;
-use scoring::rates::AtRate;
-use scoring::score::Scores;
+use crate::evaluation::Evaluation;
+use crate::rates::AtRate;
+use crate::score::Scores;
 
 use super::table::{Table, none};
 

@@ -5,9 +5,9 @@ use std::io;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::{
-    Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, VERTICAL_COLOUR, axes,
-    text_style,
+use super::axes;
+use footfall::plot::{
+    Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, VERTICAL_COLOUR, text_style,
 };
 
 const WIDTH: u32 = 1200;

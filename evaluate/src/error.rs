@@ -1,6 +1,7 @@
 //! Why recordings cannot be scored.
 
 use estimator_core::ParamsError;
+use footfall::files::OutputError;
 use recordings::input::InputError;
 use thiserror::Error;
 
@@ -24,6 +25,9 @@ pub enum Error {
         /// The file.
         file: String,
     },
+    /// A result cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// The parameters are not valid.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),

@@ -7,7 +7,9 @@ use plotters::chart::MeshStyle;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use super::{Area, GRID_COLOUR, NUMBER_SIZE, TEXT_SIZE, VALUE_AXIS_WIDTH, text_style, tick};
+use footfall::plot::{
+    Area, GRID_COLOUR, NUMBER_SIZE, TEXT_SIZE, VALUE_AXIS_WIDTH, text_style, tick,
+};
 
 type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 type Mesh<'a, 'b> = MeshStyle<'a, 'b, RangedCoordf64, RangedCoordf64, SVGBackend<'a>>;

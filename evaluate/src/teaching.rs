@@ -3,14 +3,13 @@
 //! Labels never come from the recording that is scored. An index is one into the recordings, in
 //! the order of their sets.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::labelled::Labelled;
 use crate::sets::Family;
 
 /// Whose labels a method has learnt from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Teachers {
     /// Those of all other families ([`teaches_other_families`](crate::sets::Set::teaches_other_families)): nothing is known of this robot,

@@ -1,12 +1,11 @@
 //! The figures of a method on one recording, on several together, and their mean over sets.
 
 use recordings::recording::Label;
-use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::metrics::{Latency, best_f1, brier_score, f1, latency_over, roc_auc};
-use crate::reliability::calibration_error;
-use crate::scored::{DECISION_THRESHOLD, Scored};
+use scoring::metrics::{Latency, best_f1, brier_score, f1, latency_over, roc_auc};
+use scoring::reliability::calibration_error;
+use scoring::scored::{DECISION_THRESHOLD, Scored};
 
 /// What a method answered on one recording, with the truth beside it.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,9 +17,9 @@ pub struct Answers {
     pub ranking: Vec<Scored>,
 }
 
-/// Figures of merit about samples, each as [`metrics`](crate::metrics) and
-/// [`reliability`](crate::reliability) define it.
-#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+/// Figures of merit about samples, each as [`metrics`](scoring::metrics) and
+/// [`reliability`](scoring::reliability) define it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Scores {
     /// Root of the Brier score.
     pub rmse: f64,
@@ -66,7 +65,7 @@ impl Scores {
 }
 
 /// All figures of merit.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figures {
     /// How many samples were scored.
     pub samples: usize,

@@ -7,7 +7,6 @@ use std::path::Path;
 
 use estimator_core::Params;
 use recordings::recording::Label;
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::error::Error;
@@ -17,11 +16,11 @@ use crate::method::{Causality, Knowledge, Method, Run};
 use crate::rates::SampleRate;
 use crate::rates::{self, AtRate};
 use crate::score::{Answers, Figures, Scores};
-use crate::scored::Scored;
 use crate::sets::{Family, Pool, Set};
+use scoring::scored::Scored;
 
 /// What was recorded.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct About {
     /// The set.
     pub set: Set,
@@ -38,7 +37,7 @@ pub struct About {
 }
 
 /// A method's figures on one set.
-#[derive(Clone, Debug, JsonSchema, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct OnSet {
     /// The set.
     pub set: Set,
@@ -53,7 +52,7 @@ pub struct OnSet {
 }
 
 /// A method's figures on the samples of several sets together.
-#[derive(Clone, Debug, JsonSchema, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct OnPool {
     /// Which.
     pub pool: Pool,
@@ -62,7 +61,7 @@ pub struct OnPool {
 }
 
 /// A method with all of its figures.
-#[derive(Clone, Debug, JsonSchema, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Evaluated {
     /// The method.
     pub method: Method,
@@ -81,7 +80,7 @@ pub struct Evaluated {
 }
 
 /// Every method on every set.
-#[derive(Clone, Debug, JsonSchema, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Evaluation {
     /// The sets, in the order of [`Set::ALL`].
     pub sets: Vec<About>,

@@ -3,12 +3,12 @@
 
 use std::io;
 
-use scoring::evaluation::Evaluation;
-use scoring::method::Method;
+use crate::evaluation::Evaluation;
+use crate::method::Method;
+use crate::sets::{Pool, Set};
 use scoring::reliability::{bins, calibration_error};
-use scoring::sets::{Pool, Set};
 
-use crate::plot::{histogram as histogram_plot, reliability as reliability_diagram};
+use super::{histogram as histogram_plot, reliability as reliability_diagram};
 
 /// The paper's comparison: the histogram of |P − label| of this estimator and of fuzzy c-means
 /// on the recording with slip, as an SVG.

@@ -2,14 +2,14 @@
 
 use std::fmt::{self, Write};
 
-use scoring::evaluation::{About, Evaluated, Evaluation};
-use scoring::method::Method;
+use crate::evaluation::{About, Evaluated, Evaluation};
+use crate::method::Method;
+use crate::peers::Detector;
+use crate::rates::{AtRate, BOARD_RATE};
+use crate::score::{Figures, Scores};
+use crate::sets::{Pool, Set};
+use crate::teaching::Teachers;
 use scoring::metrics::Latency;
-use scoring::peers::Detector;
-use scoring::rates::{AtRate, BOARD_RATE};
-use scoring::score::{Figures, Scores};
-use scoring::sets::{Pool, Set};
-use scoring::teaching::Teachers;
 
 use super::rates;
 

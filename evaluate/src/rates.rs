@@ -3,7 +3,6 @@
 
 use estimator_core::{Params, ParamsError};
 use recordings::replay::replay;
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::labelled::Labelled;
@@ -12,7 +11,7 @@ use crate::score::{Answers, Figures, Scores};
 use crate::sets::{Pool, Set};
 
 /// A sample rate at which recordings are scored.
-#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SampleRate {
     /// That of the recording.
@@ -28,7 +27,7 @@ pub const BOARD_RATE: SampleRate = SampleRate::Hz(1000.0);
 const LOWEST: f32 = 100.0;
 
 /// The figures at one sample rate.
-#[derive(Clone, Debug, JsonSchema, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct AtRate {
     /// The rate.
     pub rate: SampleRate,
@@ -45,7 +44,7 @@ pub struct AtRate {
 }
 
 /// The figures of a set at one sample rate.
-#[derive(Clone, Copy, Debug, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct SetAtRate {
     /// The set.
     pub set: Set,

@@ -1,0 +1,18 @@
+//! The `evaluate` command.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use evaluate::command::Arguments;
+use footfall::{interruption, messages};
+
+fn main() -> ExitCode {
+    interruption::tidy_up_when_interrupted();
+    match Arguments::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            messages::error(&error);
+            ExitCode::FAILURE
+        }
+    }
+}
