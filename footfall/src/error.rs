@@ -141,17 +141,15 @@ pub enum Error {
     Print(#[source] io::Error),
 }
 
-/// A file of a format that this program does not read is one that it was built without.
+/// A format that this program does not read takes one of its features.
 impl From<InputError> for Error {
     fn from(error: InputError) -> Self {
-        match error {
-            InputError::Container(ContainerError::NotBuilt { file, format }) => {
-                match Feature::of(format) {
-                    Some(feature) => Self::NotBuilt(feature.missing_for(file)),
-                    None => Self::Input(ContainerError::NotBuilt { file, format }.into()),
-                }
-            }
-            error => Self::Input(error),
+        if let InputError::Container(ContainerError::NotBuilt { file, feature, .. }) = &error
+            && let Some(feature) = Feature::named(feature)
+        {
+            Self::NotBuilt(feature.missing_for(file))
+        } else {
+            Self::Input(error)
         }
     }
 }

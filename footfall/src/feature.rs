@@ -4,7 +4,6 @@
 use std::fmt;
 use std::sync::LazyLock;
 
-use recordings::input::Format;
 use thiserror::Error;
 
 /// A part that is built with `--features` and its name.
@@ -35,14 +34,10 @@ impl Feature {
         Self::Screen,
     ];
 
-    /// What files of this format need; `None` where that is nothing.
+    /// The feature of this name.
     #[must_use]
-    pub const fn of(format: Format) -> Option<Self> {
-        match format {
-            Format::PceAtlas | Format::PceGo1 | Format::Lcd | Format::Csv => None,
-            Format::Parquet => Some(Self::Parquet),
-            Format::Mcap | Format::Rosbag2 => Some(Self::Bags),
-        }
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|feature| feature.name() == name)
     }
 
     /// Its name in `--features`.

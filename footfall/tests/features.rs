@@ -26,16 +26,15 @@ const NEEDS: [(Feature, &str); 13] = [
 #[test]
 fn what_is_not_built_is_refused_with_the_command_that_builds_it() {
     let bench = Bench::new();
-    let table = "t,ax,ay,az,wx,wy,wz\n0,0,0,9.8,0,0,0\n0.001,0,0,9.8,0,0,0\n";
-    for (name, content) in [
+    let table = b"t,ax,ay,az,wx,wy,wz\n0,0,0,9.8,0,0,0\n0.001,0,0,9.8,0,0,0\n";
+    let files: [(_, &[u8]); 4] = [
         ("walk.csv", table),
-        ("walk.mcap", "\u{89}MCAP0\r\n"),
-        ("walk.db3", "SQLite format 3\0"),
-        ("walk.parquet", "PAR1"),
-    ] {
-        // The first byte of an MCAP is no UTF-8.
-        let bytes: Vec<u8> = content.chars().map(|c| c as u8).collect();
-        std::fs::write(bench.path(name), bytes).expect("a file");
+        ("walk.mcap", b"\x89MCAP0\r\n"),
+        ("walk.db3", b"SQLite format 3\0"),
+        ("walk.parquet", b"PAR1"),
+    ];
+    for (name, content) in files {
+        std::fs::write(bench.path(name), content).expect("a file");
     }
     let before = bench.files();
     for (feature, arguments) in NEEDS {

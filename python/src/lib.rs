@@ -17,6 +17,7 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+#[cfg(feature = "parquet")]
 mod batch;
 mod decoding;
 mod estimate;
@@ -32,6 +33,7 @@ use pyo3::prelude::*;
 /// The module `footfall._footfall`.
 #[pymodule]
 mod _footfall {
+    #[cfg(feature = "parquet")]
     #[pymodule_export]
     use super::batch::{
         batch_feet, batch_identity, batch_key, batch_plan, batch_recording, batch_settings_hash,
@@ -58,6 +60,12 @@ mod _footfall {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        let features = [
+            ("bags", cfg!(feature = "bags")),
+            ("parquet", cfg!(feature = "parquet")),
+        ];
+        let built = features.into_iter().filter(|(_, is_built)| *is_built);
+        module.add("FEATURES", built.map(|(name, _)| name).collect::<Vec<_>>())?;
         module.add("STATES", Phase::ALL.map(Phase::name).to_vec())?;
         module.add("FLAGS", Flag::ALL.map(Flag::name).to_vec())?;
         module.add("SENT_FLAGS", super::decoding::flag_names().to_vec())?;

@@ -11,6 +11,10 @@ use recordings::input::{Correction, Format};
 pub(crate) struct Settings {
     pub(crate) preset: Preset,
     /// The configuration file's name and text.
+    #[cfg_attr(
+        not(feature = "parquet"),
+        expect(dead_code, reason = "batches alone ask")
+    )]
     pub(crate) config: Option<(String, String)>,
     pub(crate) overrides: Overrides,
     /// The format of the recording that is in arrays.

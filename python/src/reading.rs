@@ -7,11 +7,12 @@ use std::str::FromStr;
 use estimator_core::{Gravity, Load, Validity, Vec3};
 use numpy::IntoPyArray;
 use numpy::ndarray::Array2;
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::{PyImportError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{
-    About, BagOptions, Format, Hints, InputError, LoadTopic, Opened, Stored, TableOptions, Topics,
+    About, BagOptions, ContainerError, Format, Hints, InputError, LoadTopic, Opened, Stored,
+    TableOptions, Topics,
 };
 use recordings::output::seconds;
 use recordings::recording::Label;
@@ -99,6 +100,12 @@ pub(crate) fn input_error(error: InputError) -> PyErr {
     match error {
         InputError::Unreadable { .. } | InputError::Spool { .. } => {
             PyOSError::new_err(error.to_string())
+        }
+        InputError::Container(ContainerError::NotBuilt { file, feature, .. }) => {
+            PyImportError::new_err(format!(
+                "{file} needs the feature {feature}, and this footfall is built without it; build it with: \
+                 pip install ./python --config-settings build-args='--features {feature}'"
+            ))
         }
         other => PyValueError::new_err(other.to_string()),
     }

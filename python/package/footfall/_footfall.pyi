@@ -10,6 +10,7 @@ from ._settings import (
 )
 
 __version__: str
+FEATURES: list[str]
 STATES: list[str]
 FLAGS: list[str]
 SENT_FLAGS: list[str]

@@ -101,25 +101,14 @@ impl Format {
     }
 }
 
-/// What reads some formats is built only where it is asked for.
 impl Format {
-    /// The feature of this crate that files of it need; `None` where there is none.
+    /// The feature of this crate that reads files of it, if this build lacks it.
     #[must_use]
-    pub const fn feature(self) -> Option<&'static str> {
+    pub const fn missing_feature(self) -> Option<&'static str> {
         match self {
-            Self::PceAtlas | Self::PceGo1 | Self::Lcd | Self::Csv => None,
-            Self::Parquet => Some("parquet"),
-            Self::Mcap | Self::Rosbag2 => Some("bags"),
-        }
-    }
-
-    /// Whether this program reads files of it.
-    #[must_use]
-    pub const fn is_built(self) -> bool {
-        match self {
-            Self::PceAtlas | Self::PceGo1 | Self::Lcd | Self::Csv => true,
-            Self::Parquet => cfg!(feature = "parquet"),
-            Self::Mcap | Self::Rosbag2 => cfg!(feature = "bags"),
+            Self::Parquet if !cfg!(feature = "parquet") => Some("parquet"),
+            Self::Mcap | Self::Rosbag2 if !cfg!(feature = "bags") => Some("bags"),
+            _ => None,
         }
     }
 }

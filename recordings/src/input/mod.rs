@@ -279,8 +279,8 @@ fn read_container(container: Container, hints: &Hints) -> Result<Vec<Stored>, In
         #[cfg(feature = "parquet")]
         Format::Parquet => Ok(vec![parquet::read(&container, hints, &mut ())?]),
         format => {
-            let file = container.file;
-            Err(ContainerError::NotBuilt { file, format }.into())
+            let feature = format.missing_feature().unwrap_or_default();
+            Err(ContainerError::not_built(container.file, format, feature).into())
         }
     }
 }

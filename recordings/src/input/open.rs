@@ -90,15 +90,15 @@ impl Source {
                 let found = Some(format);
                 Err(ContainerError::OtherFormat { file, given, found }.into())
             }
-            (Opened::Parts(format, _), _) if !format.is_built() => {
-                Err(ContainerError::NotBuilt { file, format }.into())
-            }
-            (Opened::Parts(format, parts), _) => Ok(Self::Container(Container {
-                format,
-                file,
-                name: recording_name(path),
-                parts,
-            })),
+            (Opened::Parts(format, parts), _) => match format.missing_feature() {
+                Some(feature) => Err(ContainerError::not_built(file, format, feature).into()),
+                None => Ok(Self::Container(Container {
+                    format,
+                    file,
+                    name: recording_name(path),
+                    parts,
+                })),
+            },
         }
     }
 
@@ -165,7 +165,7 @@ impl Opened {
             }
             Some(Known::Foreign(kind)) => Ok(Self::Foreign(kind)),
             // What cannot be read is not copied, either.
-            Some(Known::Container(format)) if !format.is_built() => {
+            Some(Known::Container(format)) if format.missing_feature().is_some() => {
                 Ok(Self::Parts(format, Vec::new()))
             }
             Some(Known::Container(format)) => {

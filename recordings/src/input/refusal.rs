@@ -58,15 +58,14 @@ pub enum ContainerError {
         kind: Foreign,
     },
     /// It could be read, but not by this program.
-    #[error(
-        "{file} is {format}, and this program was built without the feature {}",
-        format.feature().unwrap_or_default()
-    )]
+    #[error("{file} is {format}, and this program was built without the feature {feature}")]
     NotBuilt {
         /// The file, as it was named.
         file: String,
-        /// What it is.
+        /// Its format.
         format: Format,
+        /// The feature of this crate that reads it.
+        feature: &'static str,
     },
     /// It is not in the format that was given.
     #[error(
@@ -230,4 +229,14 @@ pub enum ContainerError {
         /// What it should be.
         wanted: &'static str,
     },
+}
+
+impl ContainerError {
+    pub(super) const fn not_built(file: String, format: Format, feature: &'static str) -> Self {
+        Self::NotBuilt {
+            file,
+            format,
+            feature,
+        }
+    }
 }

@@ -18,6 +18,14 @@ them again where a worker or a machine is lost, and keeps their memory apart; no
 ``docs/fleet.md`` describes the tables, what is measured, and where it stops scaling.
 """
 
+from .._footfall import FEATURES
+
+if "parquet" not in FEATURES:
+    raise ImportError(
+        "footfall.fleet needs the feature parquet, and this footfall is built without it; build it with:"
+        " pip install './python[fleet]' --config-settings build-args='--features all'"
+    )
+
 from ._report import Outcome, Report, rows
 from ._run import estimate
 from ._sources import Source
