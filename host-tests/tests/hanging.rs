@@ -20,7 +20,7 @@ const WALK: f64 = 60.0;
 /// Length of each motion, s.
 const LASTS: u32 = 600;
 
-/// A minute of the motion in which most is called stable may have this share with P > 0.5; its first
+/// A half-minute of the motion in which most is called stable may have this share with P > 0.5; its first
 /// half-minute is left out, in which the last step counts as evidence.
 const CALLED_STABLE: f64 = 0.03;
 

@@ -1,6 +1,7 @@
-//! A program that is run at the root of the workspace, and shown before.
+//! A program that is run, at the root of the workspace unless another folder is given, and shown before.
 
-use std::path::Path;
+use std::env;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 use std::time::Instant;
 
@@ -16,7 +17,10 @@ pub fn root() -> &'static Path {
 pub struct Step {
     program: String,
     arguments: Vec<String>,
-    environment: Vec<(&'static str, &'static str)>,
+    environment: Vec<(&'static str, String)>,
+    folder: PathBuf,
+    /// Where programs are looked for first.
+    tools: Option<PathBuf>,
 }
 
 impl Step {
@@ -30,6 +34,8 @@ impl Step {
             },
             arguments: Vec::new(),
             environment: Vec::new(),
+            folder: root().to_owned(),
+            tools: None,
         }
     }
 
@@ -47,17 +53,33 @@ impl Step {
     }
 
     /// With a variable of the environment.
-    pub fn with_env(mut self, name: &'static str, value: &'static str) -> Self {
-        self.environment.push((name, value));
+    pub fn with_env(mut self, name: &'static str, value: &str) -> Self {
+        self.environment.push((name, value.to_owned()));
+        self
+    }
+
+    /// With programs of a folder found first.
+    pub fn with_path(mut self, folder: &Path) -> Self {
+        self.tools = Some(folder.to_owned());
+        self
+    }
+
+    /// In another folder than the root.
+    pub fn at(mut self, folder: &Path) -> Self {
+        self.folder = folder.to_owned();
         self
     }
 
     fn command(&self) -> Command {
         let mut command = Command::new(&self.program);
         command
-            .current_dir(root())
+            .current_dir(&self.folder)
             .args(&self.arguments)
-            .envs(self.environment.iter().copied());
+            .envs(self.environment.iter().map(|(name, value)| (name, value)));
+        if let Some(tools) = &self.tools {
+            let others = env::var("PATH").unwrap_or_default();
+            command.env("PATH", format!("{}:{others}", tools.display()));
+        }
         command
     }
 

@@ -1,10 +1,11 @@
-//! Entry point for what is done to the repository: `cargo xtask quick | gate | update | mutants`.
+//! Entry point for what is done to the repository: `cargo xtask quick | gate | update | release | mutants`.
 
 mod changes;
 mod command;
 mod mutants;
 mod packages;
 mod quick;
+mod release;
 mod update;
 
 use std::process::ExitCode;
@@ -33,6 +34,9 @@ enum Task {
     Gate,
     /// Writes all generated files and tables again.
     Update,
+    /// Builds what is used without a compiler, in `dist`: programs and wheels for Linux, the firmware,
+    /// descriptions of the wire, checksums.
+    Release,
     /// Whether the tests would fail if the code broke (cargo-mutants).
     Mutants {
         /// The packages to break; without one, all those that are listed.
@@ -61,6 +65,7 @@ fn run(task: Task) -> Result<()> {
         Task::Quick { since } => quick::run(&since),
         Task::Gate => Step::program(".ci/run").run(),
         Task::Update => update::run(),
+        Task::Release => release::run(),
         Task::Mutants {
             packages,
             one_in,

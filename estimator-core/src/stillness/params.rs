@@ -16,8 +16,9 @@ pub enum Learning {
     /// They do: the foot calibrates itself while it walks.
     #[default]
     On,
-    /// They stay as they are, so that the same motion always gives the same probability, for
-    /// where a behaviour is certified. What gravity's removal leaves is still followed.
+    /// They stay as they are, so that the same motion gives the same probability, for where a behaviour is
+    /// certified. What gravity's removal leaves, the limit of the slide and the strength of a usual swing are
+    /// still followed.
     Frozen,
 }
 

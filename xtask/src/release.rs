@@ -1,0 +1,187 @@
+//! Builds what is used without a compiler, in `dist`: programs, wheels, firmware, descriptions of the wire.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+
+use crate::command::{Step, root};
+
+/// Machines that get a program and a wheel: the program is static, so that it runs on any Linux of the machine.
+const MACHINES: [Machine; 2] = [
+    Machine {
+        name: "x86_64-linux",
+        program: "x86_64-unknown-linux-musl",
+        wheel: "x86_64-unknown-linux-gnu",
+    },
+    Machine {
+        name: "aarch64-linux",
+        program: "aarch64-unknown-linux-musl",
+        wheel: "aarch64-unknown-linux-gnu",
+    },
+];
+
+/// Tools that compile and link for other machines, from PyPI.
+const TOOLS: [&str; 3] = [
+    "cargo-zigbuild==0.24.0",
+    "maturin==1.16.0",
+    "ziglang==0.17.1",
+];
+
+/// Oldest glibc that wheels run with: that of `manylinux_2_28`.
+const WHEELS_FOR: &str = "manylinux_2_28";
+
+/// Files that describe what a foot sends, as they stand in the repository.
+const DESCRIPTIONS: [&str; 4] = [
+    "wire/footfall.dbc",
+    "wire/footfall.eds",
+    "wire/c/footfall.c",
+    "wire/c/footfall.h",
+];
+
+/// Files that go with each program.
+const BESIDE_PROGRAM: [&str; 4] = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
+
+/// The firmware's target, and the folder of its images below `target`.
+const FOOT: &str = "thumbv7em-none-eabihf/firmware";
+
+struct Machine {
+    name: &'static str,
+    program: &'static str,
+    wheel: &'static str,
+}
+
+/// Builds all files of a release in `dist`, which is emptied before.
+///
+/// # Errors
+/// A tool cannot be installed, something does not build, or a file cannot be written.
+pub fn run() -> Result<()> {
+    let dist = root().join("dist");
+    if dist.exists() {
+        fs::remove_dir_all(&dist).context("dist cannot be emptied")?;
+    }
+    fs::create_dir(&dist).context("dist cannot be made")?;
+    let version = version()?;
+    let tools = install_tools()?;
+    for machine in &MACHINES {
+        build_program(machine, &version, &tools, &dist)?;
+        build_wheel(machine, &tools, &dist)?;
+    }
+    build_firmware(&version, &dist)?;
+    for file in DESCRIPTIONS {
+        copy(&root().join(file), &dist)?;
+    }
+    let mut names: Vec<String> = fs::read_dir(&dist)?
+        .map(|entry| Ok(entry?.file_name().display().to_string()))
+        .collect::<Result<_>>()?;
+    names.sort();
+    let sums = Step::program("sha256sum").at(&dist).with(&names).output()?;
+    fs::write(dist.join("SHA256SUMS"), &sums)?;
+    print!("{sums}");
+    Ok(())
+}
+
+/// Version of the workspace, from its metadata.
+fn version() -> Result<String> {
+    let metadata = cargo_metadata::MetadataCommand::new().no_deps().exec()?;
+    let mut packages = metadata.packages.iter();
+    let footfall = packages.find(|package| package.name.as_str() == "footfall");
+    Ok(footfall.context("no package footfall")?.version.to_string())
+}
+
+/// Installs the tools in a folder of their own, and returns that of their programs.
+fn install_tools() -> Result<PathBuf> {
+    let folder = root().join("target/release-tools");
+    let programs = folder.join("bin");
+    if !programs.join("pip").is_file() {
+        Step::program("python3")
+            .with(["-m", "venv", "--clear"])
+            .with([folder.display().to_string()])
+            .run()?;
+    }
+    Step::program(&programs.join("pip").display().to_string())
+        .with(["--disable-pip-version-check", "install", "--quiet"])
+        .with(TOOLS)
+        .run()?;
+    for machine in &MACHINES {
+        Step::program("rustup")
+            .with(["target", "add", machine.program, machine.wheel])
+            .run()?;
+    }
+    Ok(programs)
+}
+
+/// Builds the program with all features, packs it, and checks that no shared library is asked for.
+fn build_program(machine: &Machine, version: &str, tools: &Path, dist: &Path) -> Result<()> {
+    Step::cargo(&["zigbuild", "--locked", "--profile", "dist"])
+        .with(["--package", "footfall", "--features", "all"])
+        .with(["--target", machine.program])
+        .with_path(tools)
+        .run()?;
+    let name = format!("footfall-{version}-{}", machine.name);
+    let folder = root().join("target/dist-packed").join(&name);
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
+    }
+    fs::create_dir_all(&folder)?;
+    let program = root()
+        .join("target")
+        .join(machine.program)
+        .join("dist/footfall");
+    if asks_for_a_linker(&fs::read(&program)?) {
+        bail!("{}: it is not static", program.display());
+    }
+    copy(&program, &folder)?;
+    for file in BESIDE_PROGRAM {
+        copy(&root().join(file), &folder)?;
+    }
+    Step::program("tar")
+        .at(folder.parent().unwrap_or(&folder))
+        .with(["--create", "--gzip", "--owner=0", "--group=0", "--file"])
+        .with([dist.join(format!("{name}.tar.gz")).display().to_string()])
+        .with([&name])
+        .run()
+}
+
+/// Whether a 64-bit ELF has a segment `PT_INTERP`, which names a dynamic linker.
+fn asks_for_a_linker(elf: &[u8]) -> bool {
+    const PT_INTERP: u32 = 3;
+    let at = |offset: usize, size: usize| -> usize {
+        let bytes = elf.get(offset..offset + size).unwrap_or_default();
+        let sum = |sum, byte: &u8| sum << 8 | usize::from(*byte);
+        bytes.iter().rev().fold(0, sum)
+    };
+    let (table, size, count) = (at(0x20, 8), at(0x36, 2), at(0x38, 2));
+    (0..count).any(|k| at(table + k * size, 4) == PT_INTERP as usize)
+}
+
+fn build_wheel(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
+    Step::program(&tools.join("maturin").display().to_string())
+        .with(["build", "--locked", "--zig", "--profile", "dist"])
+        .with(["--features", "all", "--target", machine.wheel])
+        .with(["--compatibility", WHEELS_FOR])
+        .with(["--manifest-path", "python/Cargo.toml", "--out"])
+        .with([dist.display().to_string()])
+        .with_path(tools)
+        .run()
+}
+
+/// Builds the firmware and writes its ELF, which the debug probe and the log need, and HEX.
+fn build_firmware(version: &str, dist: &Path) -> Result<()> {
+    Step::cargo(&["build-foot", "--locked"]).run()?;
+    let elf = root().join("target").join(FOOT).join("foot");
+    Step::program(".ci/hex")
+        .with([elf.display().to_string()])
+        .run()?;
+    for (built, extension) in [(elf.clone(), "elf"), (elf.with_extension("hex"), "hex")] {
+        let name = format!("foot-{version}-stm32f405.{extension}");
+        fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
+    }
+    Ok(())
+}
+
+fn copy(file: &Path, folder: &Path) -> Result<()> {
+    let name = file.file_name().context("a file has a name")?;
+    fs::copy(file, folder.join(name)).with_context(|| file.display().to_string())?;
+    Ok(())
+}
