@@ -3,7 +3,7 @@
 //! | topic | message | from |
 //! |---|---|---|
 //! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` | each contact |
-//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`, as `SERoW` takes it | each contact; 0 where it is not valid, which a number alone cannot say |
+//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`: P alone | each contact; 0 where it is not valid, which a number alone cannot say |
 //! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped` | each contact: zero, with the variance that the [zero-velocity measurement](estimator_core::velocity) has by default; 10⁴ (m/s)² where it says nothing |
 //! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot told the foot over CAN |
 //! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: to look at, not to integrate |

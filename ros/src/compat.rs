@@ -3,7 +3,7 @@
 //! | of | topic | message | says |
 //! |---|---|---|---|
 //! | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, which its state estimation takes | `champ_msgs/msg/ContactsStamped` | the decisions |
-//! | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the probabilities |
+//! | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: its `legodo_handler_ros.cpp` takes any number beyond 0.01 as stance |
 //!
 //! Both have left front, right front, left hind, right hind, in this order. A message is made as soon as
 //! each of the four has said something new; where one is silent for 20 ms, without it, also where all are.
@@ -26,7 +26,7 @@ const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "
 /// Whose messages are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compat {
-    /// Probabilities, as pronto has them.
+    /// Decisions as 0 or 1, as pronto takes them.
     Pronto,
     /// Decisions, as champ takes them.
     Champ,
@@ -46,7 +46,6 @@ pub struct AllFeet {
 /// What a foot has said since the newest message.
 #[derive(Clone, Copy, Debug)]
 struct Stance {
-    probability: f32,
     stands: bool,
     stamp: Time,
 }
@@ -74,7 +73,6 @@ impl AllFeet {
             .iter()
             .position(|names| names.contains(&contact.foot.as_str()))?;
         self.feet[place] = Some(Stance {
-            probability: if contact.valid { contact.p_stable } else { 0.0 },
             stands: contact.valid && contact.decision,
             stamp: contact.header.stamp,
         });
@@ -122,15 +120,14 @@ impl AllFeet {
             // All feet have no frame in common.
             frame_id: String::new(),
         };
+        let stands = |foot: Option<Stance>| foot.is_some_and(|foot| foot.stands);
         let message = match self.compat {
             Compat::Champ => Message::Champ(ContactsStamped {
                 header,
-                contacts: feet
-                    .map(|foot| foot.is_some_and(|foot| foot.stands))
-                    .to_vec(),
+                contacts: feet.map(stands).to_vec(),
             }),
             Compat::Pronto => {
-                let [lf, rf, lh, rh] = feet.map(|foot| foot.map_or(0.0, |foot| foot.probability));
+                let [lf, rf, lh, rh] = feet.map(|foot| f32::from(u8::from(stands(foot))));
                 Message::Pronto(QuadrupedStance {
                     header,
                     lf,
@@ -202,7 +199,8 @@ mod tests {
             ("LH", 0.99, 300),
             ("FL", 0.7, 2100),
         ];
-        let pronto = [(1100, [0.6, 0.2, 0.0, 0.1])];
+        // A probability of 0.2 would be stance to pronto.
+        let pronto = [(1100, [1.0, 0.0, 0.0, 0.0])];
         assert_eq!(made(Compat::Pronto, &contacts), pronto);
         let champ = [(1100, [1.0, 0.0, 0.0, 0.0])];
         assert_eq!(made(Compat::Champ, &contacts), champ);
@@ -213,7 +211,7 @@ mod tests {
         let contacts: Vec<_> = (0..60)
             .flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000)))
             .collect();
-        let times = [20_000, 40_000].map(|us| (us, [0.9, 0.9, 0.9, 0.0]));
+        let times = [20_000, 40_000].map(|us| (us, [1.0, 1.0, 1.0, 0.0]));
         assert_eq!(made(Compat::Pronto, &contacts), times);
     }
 
@@ -255,6 +253,6 @@ mod tests {
             .collect();
         let messages = made(Compat::Pronto, &contacts);
         assert_eq!(messages.len(), 4);
-        assert!(messages.iter().all(|(_, stands)| *stands == [0.9; 4]));
+        assert!(messages.iter().all(|(_, stands)| *stands == [1.0; 4]));
     }
 }

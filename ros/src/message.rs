@@ -154,7 +154,7 @@ pub struct ContactsStamped {
 pub struct QuadrupedStance {
     /// When the newest of its samples was acquired.
     pub header: Header,
-    /// Probability that the left front foot stands, 0 … 1.
+    /// Whether the left front foot stands: 1, or 0.
     pub lf: f32,
     /// Of the right front foot.
     pub rf: f32,

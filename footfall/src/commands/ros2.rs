@@ -27,8 +27,7 @@ pub struct Ros2Arguments {
     /// Which nodes are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
-    /// Publish all four feet in one message besides: for pronto their probabilities, for champ their
-    /// decisions
+    /// Publish the decisions of all four feet in one message, for champ or pronto
     #[arg(long, value_name = "WHOSE")]
     pub compat: Option<CompatOption>,
     /// Whether messages that are lost on the network are sent again; subscribers that ask for reliable

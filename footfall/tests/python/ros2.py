@@ -302,16 +302,14 @@ def check_other(messages, published, values, whose):
     for foot in FEET:
         of_foot = published[f"/footfall/{foot}/contact"]
         said.append({
-            nanoseconds(contact.header.stamp): (
-                float(contact.valid and contact.decision)
-                if whose == "champ"
-                else contact.p_stable * contact.valid
-            )
+            nanoseconds(contact.header.stamp): float(contact.valid and contact.decision)
             for contact in of_foot
         })
     for message in messages[1000:-1000]:
         newest = nanoseconds(message.header.stamp)
         for values_of_foot, value in zip(said, values(message)):
+            # What both take as stance: champ what is true, pronto what is beyond 0.01.
+            value = float(abs(value) > 0.01)
             near = [
                 values_of_foot[stamp]
                 for stamp in range(newest - 3_000_000, newest + 1, 1_000)
