@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use estimator_core::{GyroTiming, Parameter, Params, WindowLength};
+use estimator_core::stillness::slide_weight;
+use estimator_core::{GyroTiming, Method, Parameter, Params, WindowLength};
 use recordings::input::{Correction, Format};
 use recordings::number::shown;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -36,6 +37,9 @@ pub struct ParametersReport {
     /// With `self_calibrating`: whether the foot goes on learning.
     #[schemars(extend("enum" = words(&LEARNINGS)))]
     pub learning: &'static str,
+    /// With `self_calibrating`: weight of the slide along the ground at this sample rate, in [0, 1]; `null` with
+    /// another method. Below 1 slow slides can go unseen.
+    pub slide_weight: Option<f32>,
     /// With `half_widths`: how far back the estimate looks.
     pub window: WindowReport,
     /// When the gyroscope measured what a sample says.
@@ -87,6 +91,8 @@ impl ParametersReport {
         Self {
             gravity: word_of(&GRAVITIES, params.gravity),
             method: word_of(&METHODS, params.method),
+            slide_weight: (params.method == Method::SelfCalibrating)
+                .then(|| slide_weight(params.sample_rate)),
             learning: word_of(&LEARNINGS, params.learning),
             window: match params.window {
                 WindowLength::Duration(seconds) => WindowReport::DurationS(seconds),

@@ -279,6 +279,9 @@ impl Summary {
     }
 }
 
+/// Why the slide does not have its full weight: samples too far apart add up to no speed.
+const SLIDE_NOTE: &str = "1 from 300 Hz on: below that slow slides go unseen";
+
 /// Why there are more samples in slip than samples of a slipping foot.
 const SLIP_NOTE: &str =
     "         (a landing counts as slip until still for up to window + on-delay)";
@@ -307,6 +310,12 @@ impl fmt::Display for Summary {
                 .map(|(name, count)| format!("{name} {count}"))
                 .collect();
             write!(f, "\nflags    {}", counts.join(", "))?;
+        }
+        let estimation = self.estimation.as_ref();
+        if let Some(weight) = estimation.and_then(|of| of.parameters.slide_weight)
+            && weight < 1.0
+        {
+            write!(f, "\nslide    weight {weight:.2}, {SLIDE_NOTE}")?;
         }
         if let Some(metrics) = &self.metrics {
             write!(f, "\n{}", metrics_text(metrics))?;

@@ -30,10 +30,18 @@ use crate::root::sqrt;
 use crate::vector::Vec3;
 
 /// Below this rate samples add up to no speed, Hz: a landing rings at up to 80 Hz.
-pub const SLOWEST_RATE: f32 = 200.0;
+const SLOWEST_RATE: f32 = 200.0;
 
 /// From this rate on they do, Hz; in between the speed counts by the way from one to the other.
 const FULL_RATE: f32 = 300.0;
+
+/// Weight of the slide at a sample rate in Hz: 0 up to 200 Hz, where samples add up to no speed, 1 from 300 Hz on.
+#[must_use]
+pub fn slide_weight(sample_rate: f32) -> f32 {
+    ((sample_rate - SLOWEST_RATE) / (FULL_RATE - SLOWEST_RATE))
+        .greater(0.0)
+        .lesser(1.0)
+}
 
 /// Range of the usual speed, m/s.
 const USUAL: (f32, f32) = (1.0e-4, 0.2);
@@ -88,9 +96,7 @@ impl Slide {
     pub fn new(params: SlideParams, sample_rate: f32) -> Self {
         let period = 1.0 / sample_rate;
         let share = |time_constant: f32| 1.0 - exp(-period / time_constant);
-        let weight = ((sample_rate - SLOWEST_RATE) / (FULL_RATE - SLOWEST_RATE))
-            .greater(0.0)
-            .lesser(1.0);
+        let weight = slide_weight(sample_rate);
         let mut slide = Self {
             coefficients: Coefficients {
                 params,
